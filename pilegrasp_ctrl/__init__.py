@@ -1,0 +1,76 @@
+"""Open-loop grasping from piles: control of the arm, simulation of the pile, and recordings of what happened.
+
+Public names are imported where they are first used, so that importing the package loads no engine.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .arm_model import ArmModel as ArmModel
+    from .config import Scenario as Scenario
+    from .config import load_scenario as load_scenario
+    from .control.gains import Impedance as Impedance
+    from .control.gains import MotionGains as MotionGains
+    from .control.impedance import ImpedanceController as ImpedanceController
+    from .control.operational_space import OperationalSpaceController as OperationalSpaceController
+    from .episode import EpisodeResult as EpisodeResult
+    from .episode import run as run
+    from .exceptions import ConfigurationError as ConfigurationError
+    from .exceptions import ExportError as ExportError
+    from .exceptions import ModelError as ModelError
+    from .exceptions import PileError as PileError
+    from .exceptions import PilegraspError as PilegraspError
+    from .exceptions import RecordingError as RecordingError
+    from .exceptions import SimulationError as SimulationError
+    from .exceptions import SolverError as SolverError
+    from .exceptions import UnreachablePoseError as UnreachablePoseError
+    from .recording import Recording as Recording
+    from .trajectories.straight_line import StraightLine as StraightLine
+    from .types import Observation as Observation
+    from .types import Pose as Pose
+    from .types import Reference as Reference
+
+_MODULES = {
+    "ArmModel": "arm_model",
+    "ConfigurationError": "exceptions",
+    "EpisodeResult": "episode",
+    "ExportError": "exceptions",
+    "Impedance": "control.gains",
+    "ImpedanceController": "control.impedance",
+    "ModelError": "exceptions",
+    "MotionGains": "control.gains",
+    "Observation": "types",
+    "OperationalSpaceController": "control.operational_space",
+    "PileError": "exceptions",
+    "PilegraspError": "exceptions",
+    "Pose": "types",
+    "Recording": "recording",
+    "RecordingError": "exceptions",
+    "Reference": "types",
+    "Scenario": "config",
+    "SimulationError": "exceptions",
+    "SolverError": "exceptions",
+    "StraightLine": "trajectories.straight_line",
+    "UnreachablePoseError": "exceptions",
+    "load_scenario": "config",
+    "run": "episode",
+}
+
+try:
+    __version__ = version("pilegrasp")
+except PackageNotFoundError:
+    __version__ = "0+uninstalled"
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_MODULES[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return [*_MODULES, "__version__"]

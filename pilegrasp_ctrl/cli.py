@@ -1,0 +1,228 @@
+"""The command line `pilegrasp`: a thin layer over the library.
+
+Results go to standard output, everything else to standard error. The exit status is 0 where the command did what it was
+asked, 2 after an error and 130 after an interrupt; an attempt that runs and grasps nothing was carried out as asked.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import Progress, SpinnerColumn, TextColumn
+from rich.table import Table
+
+from . import __version__
+from .exceptions import ConfigurationError, PilegraspError
+from .output_file import check_output
+
+if TYPE_CHECKING:
+    from .episode import EpisodeResult
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="markdown")
+
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document on standard output.")]
+DebugOption = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status: 0, 2 after an error, 130 after an interrupt."""
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        status = app(args=arguments, prog_name="pilegrasp", standalone_mode=False)
+        sys.stdout.flush()
+        return int(status or 0)
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:
+        # The reader has left; without this the interpreter complains once more when it closes the stream.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except Exception as error:
+        if "--debug" in arguments:
+            traceback.print_exc()
+        else:
+            print(f"error: {_sentence(error)}", file=sys.stderr)
+        return 2
+
+
+@app.callback(invoke_without_command=True)
+def pilegrasp(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+    debug: DebugOption = False,
+) -> None:
+    """Open-loop grasping from piles: run attempts, look at them."""
+    if version:
+        print(__version__)
+    elif context.invoked_subcommand is None:
+        raise PilegraspError("no command is given; `pilegrasp --help` lists them")
+
+
+@app.command("list")
+def list_scenarios(
+    tag: Annotated[str | None, typer.Option(help="Only the scenarios that carry this tag.")] = None,
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """List the scenarios that ship."""
+    from .config import load_scenario
+    from .scenarios import names
+
+    scenarios = [load_scenario(name) for name in names()]
+    tags = sorted({known for scenario in scenarios for known in scenario.tags})
+    if tag is not None and tag not in tags:
+        raise ConfigurationError(f"no scenario carries the tag {tag!r}; the tags are {', '.join(tags)}")
+    rows = [scenario for scenario in scenarios if tag is None or tag in scenario.tags]
+    if as_json:
+        _print_json([{"name": row.name, "tags": list(row.tags), "summary": row.summary} for row in rows])
+        return
+    table = Table(box=None, pad_edge=False)
+    for column in ("scenario", "tags", "summary"):
+        table.add_column(column)
+    for row in rows:
+        table.add_row(escape(row.name), escape(" ".join(row.tags)), escape(row.summary))
+    Console().print(table)
+
+
+@app.command("run")
+def run_scenario(
+    scenario: Annotated[str, typer.Argument(metavar="NAME|FILE.toml", help="A scenario that ships, or a file.")],
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the pile and of the sensor's noise.")] = 0,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a key; may be repeated.")
+    ] = None,
+    record: Annotated[Path | None, typer.Option(metavar="F.npz", help="Write the recording.")] = None,
+    html: Annotated[Path | None, typer.Option(metavar="F.html", help="Write the recording as a page.")] = None,
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """Carry out one attempt."""
+    from .config import load_scenario, parse_overrides
+
+    chosen = load_scenario(scenario, parse_overrides(settings or []))
+    for path, suffix in ((record, ".npz"), (html, ".html")):
+        if path is not None:
+            check_output(path, suffix)
+
+    from .episode import run
+
+    with _progress(chosen.name) as progress:
+        result = run(chosen, seed=seed, record=record is not None or html is not None, progress=progress)
+    if result.recording is not None:
+        if record is not None:
+            result.recording.save(record)
+        if html is not None:
+            from .viewer import write_html
+
+            write_html(result.recording, html)
+    if as_json:
+        _print_json(result.as_dict())
+    else:
+        _print_result(result, [path for path in (record, html) if path is not None])
+
+
+@app.command("export")
+def export_recording(
+    recording: Annotated[Path, typer.Argument(metavar="F.npz", help="A recording.")],
+    html: Annotated[Path, typer.Argument(metavar="F.html", help="The page to write.")],
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """Write a recording as one page that opens offline."""
+    check_output(html, ".html")
+
+    from .recording import Recording
+    from .viewer import write_html
+
+    write_html(Recording.load(recording), html)
+    if as_json:
+        _print_json({"recording": str(recording), "html": str(html), "bytes": html.stat().st_size})
+    else:
+        print(html)
+
+
+@app.command("doctor")
+def doctor(as_json: JsonOption = False, debug: DebugOption = False) -> None:
+    """Check this installation: packages, solvers, engines, browser, and one short run."""
+    from .doctor import examine
+
+    checks = examine()
+    failed = [check.name for check in checks if check.required and not check.ok]
+    if as_json:
+        _print_json({"ok": not failed, "checks": [check.as_dict() for check in checks]})
+    else:
+        table = Table(box=None, pad_edge=False)
+        for column in ("check", "", "detail"):
+            table.add_column(column)
+        for check in checks:
+            verdict = "[green]ok" if check.ok else "[red]failed" if check.required else "[yellow]absent"
+            table.add_row(escape(check.name), verdict, escape(check.detail))
+        Console().print(table)
+    if failed:
+        raise PilegraspError(f"these checks failed: {', '.join(failed)}")
+
+
+def _sentence(error: Exception) -> str:
+    if isinstance(error, PilegraspError):
+        text = str(error)
+    elif hasattr(error, "format_message"):  # what typer raises for a wrong option or argument
+        text = error.format_message()
+    else:
+        text = f"internal error ({type(error).__name__}: {error}); run again with --debug for the traceback"
+    return " ".join(text.split())
+
+
+def _print_json(document: Any) -> None:
+    print(json.dumps(document, indent=2, allow_nan=False))
+
+
+@contextmanager
+def _progress(name: str) -> Iterator[Callable[[float, str], None] | None]:
+    """Show the simulated time and the primitive while an attempt runs; nothing where nobody watches."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    with Progress(
+        SpinnerColumn(), TextColumn("{task.description}"), console=Console(stderr=True), transient=True
+    ) as bar:
+        task = bar.add_task(escape(f"{name}: preparing"))
+        yield lambda time, primitive: bar.update(task, description=escape(f"{name}: {time:.1f} s, {primitive}"))
+
+
+def _print_result(result: EpisodeResult, written: list[Path]) -> None:
+    facts = result.as_dict()
+    console = Console()
+    verdict = "[green]success[/]" if facts["success"] else f"[red]no success[/]: {escape(facts['reason'])}"
+    console.print(f"{escape(facts['scenario'])}, seed {facts['seed']}: {verdict}; objects held: {facts['grasped']}")
+    table = Table(box=None, pad_edge=False)
+    table.add_column("primitive")
+    table.add_column("ended by")
+    for column in ("from [s]", "to [s]", "travel [m]", "peak force [N]"):
+        table.add_column(column, justify="right")
+    for outcome in facts["outcomes"]:
+        table.add_row(
+            escape(outcome["name"]),
+            escape(outcome["trigger"]) if outcome["status"] == "ended" else f"[red]{escape(outcome['trigger'])}[/]",
+            *(f"{outcome[key]:.2f}" for key in ("start", "end")),
+            f"{outcome['travel']:.3f}",
+            f"{outcome['peak_force']:.1f}",
+        )
+    console.print(table)
+    tick = facts["controller"]
+    console.print(
+        f"{facts['sim_time']:.1f} s simulated at {facts['realtime_factor']:.1f}x real time, "
+        f"control tick {tick['median_us']:.0f} us (p99 {tick['p99_us']:.0f} us)",
+        highlight=False,
+    )
+    for path in written:
+        console.print(f"wrote {escape(str(path))}", highlight=False, soft_wrap=True)

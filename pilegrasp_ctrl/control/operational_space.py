@@ -1,0 +1,95 @@
+"""Operational-space motion control: the tool follows its reference as a unit mass would."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from numpy.typing import ArrayLike
+
+from ..arm_model import ArmModel
+from ..arm_state import ArmState
+from ..tasks.frame_motion_task import FrameMotionTask
+from ..tasks.frame_task import pose_error
+from ..tasks.posture_task import PostureTask
+from ..types import Array, ControllerOutput, Observation, Reference
+from .friction import FrictionCompensation
+from .gains import MotionGains
+from .inverse_dynamics import LIMITS, InverseDynamics
+
+DEFAULT_GAINS = MotionGains(stiffness=[900.0, 900.0, 900.0, 1600.0, 1600.0, 1600.0])
+
+
+class OperationalSpaceController:
+    """Torques that make the tool follow position, velocity and acceleration of a reference, within all limits.
+
+    After Khatib, "A unified approach for motion and force control of robot manipulators: the operational space
+    formulation", IEEE J. Robotics and Automation 3(1), 1987: where no limit is active and as the posture's weight goes
+    to zero, the tool accelerates as under his closed form.
+
+    A pure function of observation and reference: nothing is remembered between steps.
+    """
+
+    def __init__(
+        self,
+        arm: ArmModel,
+        gains: MotionGains = DEFAULT_GAINS,
+        posture: PostureTask | ArrayLike | None = None,
+        *,
+        weight: ArrayLike = 1.0,
+        mask: ArrayLike | None = None,
+        limits: Collection[str] = LIMITS,
+        friction: FrictionCompensation | bool = True,
+        solver: str = "daqp",
+        rate: float = 500.0,
+    ) -> None:
+        """Set up the controller.
+
+        Args:
+            arm: the arm.
+            gains: of the tool's motion [1/s²].
+            posture: (nv,) preferred joint positions [rad], or a task with gains of its own; where absent, what the
+                tool leaves free is only damped.
+            weight: a scalar or (6,), of the tool's axes against each other.
+            mask: (6,) of truth values; a false axis is left free.
+            limits: which of "torque", "velocity" and "position" to enforce.
+            friction: whether, or how, to feed the arm's joint friction forward.
+            solver: "daqp" or "osqp".
+            rate: how often `step` is called [Hz]; velocity and position limits look ahead by two periods.
+
+        Raises:
+            TypeError: where the gains are not `MotionGains`.
+            ConfigurationError: where another argument cannot be used.
+        """
+        self.arm = arm
+        self._task = FrameMotionTask(gains, weight, mask)
+        posture = posture if isinstance(posture, PostureTask) else PostureTask(posture)
+        self._dynamics = InverseDynamics(arm, self._task, posture, limits, solver, rate)
+        if isinstance(friction, bool):
+            self._friction = FrictionCompensation(arm) if friction else None
+        else:
+            self._friction = friction
+
+    def step(
+        self,
+        observation: Observation,
+        reference: Reference,
+        posture: Array | None = None,
+        state: ArmState | None = None,
+    ) -> ControllerOutput:
+        """Return the torques for one control period.
+
+        Args:
+            observation: what the arm measures.
+            reference: where the tool should be.
+            posture: (nv,) in place of the preferred posture, for this period [rad].
+            state: `arm.update(observation.q, observation.v)` where the caller has it already.
+
+        Raises:
+            ModelError: where the observation has a wrong shape or holds a value that is not finite.
+        """
+        state = self.arm.update(observation.q, observation.v) if state is None else state
+        error = pose_error(state, reference)
+        dynamics = self._dynamics
+        dynamics.assemble(state, self._task.acceleration(state, reference, error), posture)
+        feedforward = None if self._friction is None else self._friction.torque(dynamics, state, reference, error, posture)
+        return dynamics.solve(state, feedforward)

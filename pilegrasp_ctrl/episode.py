@@ -1,0 +1,211 @@
+"""The one closed loop: observation, reference, torque, physics; and what came of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import __version__
+from .config import Scenario, load_scenario
+from .exceptions import ConfigurationError
+from .preparation import Attempt, prepare
+from .primitives.primitive import Ending, Phase, Primitive, Sensed, Target
+from .recorder import Recorder
+from .sim.grasp_check import held_objects
+from .sim.watchdog import Watchdog
+from .types import Array, Outcome, Reference
+
+if TYPE_CHECKING:
+    from .recording import Recording
+
+Progress = Callable[[float, str], None]
+PROGRESS_PERIOD = 0.1
+TIME_LIMIT = 60.0
+"""No attempt takes longer than this [s]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EpisodeResult:
+    """What came of an attempt.
+
+    Attributes:
+        scenario: its name.
+        seed: of pile and sensor noise.
+        config_hash: of everything that physics and control depend on.
+        success: whether the attempt did what it was for: an object held, or the motion completed.
+        grasped: number of objects held after lift and hold.
+        reason: why it ended without success, or "".
+        outcomes: one for each primitive that began.
+        sim_time: simulated seconds.
+        wall_time: seconds that the loop took on the wall clock.
+        tick_times: (n,) seconds of each control tick, state to torque.
+        recording: where one was asked for.
+    """
+
+    scenario: str
+    seed: int
+    config_hash: str
+    success: bool
+    grasped: int
+    reason: str
+    outcomes: tuple[Outcome, ...]
+    sim_time: float
+    wall_time: float
+    tick_times: Array
+    recording: Recording | None = field(default=None, repr=False)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain JSON values, as `pilegrasp run --json` prints them."""
+        median, p99 = 1e6 * np.percentile(self.tick_times, [50.0, 99.0])
+        return {
+            "scenario": self.scenario,
+            "seed": self.seed,
+            "config_hash": self.config_hash,
+            "success": self.success,
+            "grasped": self.grasped,
+            "reason": self.reason,
+            "outcomes": [outcome.as_dict() for outcome in self.outcomes],
+            "sim_time": self.sim_time,
+            "wall_time": self.wall_time,
+            "realtime_factor": self.sim_time / self.wall_time,
+            "controller": {"ticks": len(self.tick_times), "median_us": float(median), "p99_us": float(p99)},
+        }
+
+
+def run(
+    scenario: str | Path | Scenario,
+    *,
+    seed: int = 0,
+    record: bool = False,
+    overrides: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> EpisodeResult:
+    """Carry out one attempt: build, settle, approach, push, grasp, lift, judge.
+
+    Args:
+        scenario: a name that ships, a TOML file, or a `Scenario`.
+        seed: of the pile and of the sensor's noise, not negative.
+        record: whether to keep a recording.
+        overrides: dotted keys and values on top of a named scenario or a file.
+        progress: called with the simulated time [s] and the primitive's name while the attempt runs.
+
+    Raises:
+        PilegraspError: one sentence, where the scenario cannot be used, a pose is out of reach, the pile does not
+            settle, or the simulation leaves the range in which it can be believed.
+    """
+    if isinstance(scenario, Scenario):
+        if overrides:
+            raise ConfigurationError("overrides go with a name or a file; use load_scenario(name, overrides) first")
+    else:
+        scenario = load_scenario(scenario, overrides)
+    if seed < 0:
+        raise ConfigurationError(f"seed = {seed} must not be negative")
+    return _Loop(prepare(scenario, seed), record, progress).run()
+
+
+class _Loop:
+    """The state that one attempt needs while it runs."""
+
+    def __init__(self, attempt: Attempt, record: bool, progress: Progress | None) -> None:
+        self._attempt, self._progress = attempt, progress
+        label = f"{attempt.scenario.config_hash()}-{attempt.seed}"
+        self._watchdog = Watchdog(attempt.period, attempt.arm.torque_limit, label)
+        self._recorder = Recorder(attempt.simulation, attempt.arm, attempt.plan.direction) if record else None
+        self._ticks: list[float] = []
+        self._next_progress = 0.0
+        self._target = Target(Reference(attempt.plan.start), attempt.plan.closure)
+
+    def run(self) -> EpisodeResult:
+        """Run every primitive until one fails, then judge."""
+        attempt = self._attempt
+        outcomes: list[Outcome] = []
+        start = time.perf_counter()
+        for primitive in attempt.plan.primitives:
+            outcomes.append(self._carry_out(primitive))
+            if outcomes[-1].status == "failed":
+                break
+        wall_time = time.perf_counter() - start
+        grasped, reason = self._judge(outcomes)
+        result = EpisodeResult(
+            scenario=attempt.scenario.name,
+            seed=attempt.seed,
+            config_hash=attempt.scenario.config_hash(),
+            success=not reason,
+            grasped=grasped,
+            reason=reason,
+            outcomes=tuple(outcomes),
+            sim_time=float(attempt.simulation.data.time),
+            wall_time=wall_time,
+            tick_times=np.array(self._ticks),
+        )
+        return replace(result, recording=self._recorder.finish(_meta(attempt, result))) if self._recorder else result
+
+    def _carry_out(self, primitive: Primitive) -> Outcome:
+        attempt, simulation, arm = self._attempt, self._attempt.simulation, self._attempt.arm
+        phase: Phase | None = None
+        travel = peak = 0.0
+        while True:
+            observation = simulation.observe()
+            tick = time.perf_counter()
+            state = arm.update(observation.q, observation.v)
+            sensed = Sensed(observation.time, state.pose, observation.wrench)
+            if phase is None:
+                phase, begun, last = primitive.begin(sensed, self._target), sensed, state.pose
+            travel += float(np.linalg.norm(state.pose.translation - last.translation))
+            last = state.pose
+            peak = max(peak, phase.force(sensed))
+            ending = phase.ending(sensed)
+            if ending is None and sensed.time > TIME_LIMIT:
+                ending = Ending(f"time limit of {TIME_LIMIT:.0f} s", failed=True)
+            if ending is not None:
+                status = "failed" if ending.failed else "ended"
+                return Outcome(primitive.name, status, ending.trigger, begun.time, sensed.time, travel, peak)
+            self._target = phase.target(observation.time)
+            output = attempt.control(observation, self._target, state)
+            self._ticks.append(time.perf_counter() - tick)
+            torque = output.command.torque
+            if self._recorder:
+                self._recorder.sample(observation, state, self._target, torque, begun.wrench)
+            self._watchdog.check(simulation.data, torque)
+            simulation.apply(torque, self._target.closure)
+            simulation.step()
+            if self._progress and observation.time >= self._next_progress:
+                self._next_progress += PROGRESS_PERIOD
+                self._progress(observation.time, primitive.name)
+
+    def _judge(self, outcomes: list[Outcome]) -> tuple[int, str]:
+        """Return the number of objects held and why the attempt did not succeed, or ""."""
+        attempt = self._attempt
+        if outcomes[-1].status == "failed":
+            return 0, f"{outcomes[-1].name}: {outcomes[-1].trigger}"
+        if attempt.scenario.program != "grasp":
+            return 0, ""
+        simulation = attempt.simulation
+        tool = attempt.arm.update(simulation.observe().q, np.zeros(attempt.arm.nv)).pose.translation
+        lift = attempt.scenario.strategy.lift_height
+        grasped = held_objects(simulation.data, simulation.scene.objects, tool, attempt.object_poses[:, 2], lift)
+        return grasped, "" if grasped else "nothing was in the hand after the lift"
+
+
+def _meta(attempt: Attempt, result: EpisodeResult) -> dict[str, Any]:
+    scenario = attempt.scenario
+    return {
+        "scenario": scenario.name,
+        "summary": scenario.summary,
+        "seed": attempt.seed,
+        "config_hash": result.config_hash,
+        "config": scenario.model_dump(mode="json"),
+        "hand": scenario.hand,
+        "grasp_force": scenario.strategy.grasp_force,
+        "success": result.success,
+        "grasped": result.grasped,
+        "reason": result.reason,
+        "outcomes": [outcome.as_dict() for outcome in result.outcomes],
+        "versions": {name: version(name) for name in ("mujoco", "pin", "numpy", "daqp")} | {"pilegrasp": __version__},
+    }

@@ -1,0 +1,37 @@
+"""Errors that a user can cause, each a sentence that names the cause and the remedy."""
+
+
+class PilegraspError(Exception):
+    """Base of every error that the library raises on purpose; its text is one sentence for the user."""
+
+
+class ConfigurationError(PilegraspError):
+    """A scenario, key or value that cannot be used."""
+
+
+class ModelError(PilegraspError):
+    """A robot or hand model that is missing or inconsistent."""
+
+
+class UnreachablePoseError(PilegraspError):
+    """A pose that the arm cannot take within its limits."""
+
+
+class PileError(PilegraspError):
+    """A pile that cannot be built or does not settle."""
+
+
+class SolverError(PilegraspError):
+    """A quadratic program without a usable solution."""
+
+
+class SimulationError(PilegraspError):
+    """A simulation that left the range in which it can be believed."""
+
+
+class RecordingError(PilegraspError):
+    """A recording that cannot be read or written."""
+
+
+class ExportError(PilegraspError):
+    """A page or picture that cannot be written."""

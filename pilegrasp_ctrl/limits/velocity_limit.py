@@ -1,0 +1,33 @@
+"""Joint speeds, as bounds on the accelerations of one control period."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arm_model import ArmModel
+from .constraint import AffineBounds
+
+
+class VelocityLimit:
+    """Keeps |v| within the arm's limit at the end of a horizon: a <= (v_max - v) / horizon, and so below.
+
+    A horizon of two control periods halves the distance to the limit each period instead of using it up in one, so
+    that what the model does not know cannot overshoot, and the bound does not chatter.
+
+    Attributes:
+        name: how `active_limits` calls it.
+        speed: (nv,) largest speeds, `margin` below the arm's [rad/s].
+        horizon: [s].
+    """
+
+    name = "velocity"
+
+    def __init__(self, arm: ArmModel, rate: float, horizon_periods: float = 2.0, margin: float = 0.01) -> None:
+        """Fix the limit for control at `rate` [Hz]; `margin` is the fraction of the speed kept in reserve."""
+        self.horizon = horizon_periods / rate
+        self.speed = (1.0 - margin) * arm.velocity_limit
+
+    def bounds(self) -> AffineBounds:
+        """Return the bounds as a function of the state."""
+        matrix = np.hstack((np.zeros((len(self.speed),) * 2), -np.eye(len(self.speed)) / self.horizon))
+        return AffineBounds(matrix, -self.speed / self.horizon, matrix, self.speed / self.horizon)

@@ -1,0 +1,144 @@
+"""Everything an attempt needs before anything moves; what cannot be done is found out here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .arm_model import ArmModel
+from .arm_state import ArmState
+from .config import Scenario
+from .control.gains import Impedance, MotionGains, load_gains
+from .control.hybrid_impedance import HybridImpedanceController
+from .control.operational_space import OperationalSpaceController
+from .exceptions import ConfigurationError
+from .primitives.primitive import Target
+from .primitives.strategy import Plan, Tool, line_plan, pile_extent, pile_strategy
+from .robots import path
+from .sim.backend import Simulation
+from .sim.hand import Hand
+from .sim.layout import REACH, Layout, make_layout
+from .sim.objects import object_kind
+from .sim.pile import settle_pile
+from .sim.scene import build_scene
+from .sim.start_posture import StartPosture
+from .sim.wrist_sensor import WristSensor
+from .types import Array, ControllerOutput, Observation
+
+Control = Callable[[Observation, Target, ArmState], ControllerOutput]
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """An attempt that is ready to run.
+
+    Attributes:
+        scenario: what was asked for.
+        seed: of pile and sensor noise.
+        arm: the arm with the hand's mass, tool frame and base.
+        plan: start pose and primitives.
+        simulation: at the start posture, the pile settled.
+        control: from observation and target to torque.
+        period: of the control [s].
+        object_poses: (n, 7) the settled pile.
+    """
+
+    scenario: Scenario
+    seed: int
+    arm: ArmModel
+    plan: Plan
+    simulation: Simulation
+    control: Control
+    period: float
+    object_poses: Array
+
+
+def prepare(scenario: Scenario, seed: int) -> Attempt:
+    """Settle the pile, plan, check that every pose is within reach, and build the scene.
+
+    Raises:
+        PilegraspError: where one of these cannot be done.
+    """
+    steps = _steps(scenario)
+    hand = Hand.load(scenario.hand)
+    kind = object_kind(scenario.pile.object, scenario.pile.mass, scenario.pile.scale)
+    layout = make_layout(scenario.support, scenario.pile, kind.diameter)
+    control = _controller_factory(scenario, hand)
+    object_poses = settle_pile(
+        kind, scenario.pile.count, layout, seed, scenario.sim.contact_rule, scenario.sim.timestep
+    )
+    plan = _plan(scenario, hand, layout, object_poses, kind.bounding_radius)
+    tool = hand.mass_properties()
+    base = layout.transform_base_to_world
+    arm = ArmModel.load(scenario.robot, tool=tool, tool_frame=hand.transform_tool_to_flange, base=base)
+    search = StartPosture(scenario.robot, hand.transform_tool_to_flange, base)
+    q = search.solve(plan.start)
+    on_the_way = q
+    for pose in plan.waypoints:
+        on_the_way = search.solve(pose, on_the_way)
+    scene = build_scene(scenario, hand, kind, layout)
+    period = steps * scenario.sim.timestep
+    sensor = WristSensor(scene.model, tool, scenario.sensor, period, seed)
+    simulation = Simulation(scene, sensor, steps)
+    simulation.reset(q, object_poses)
+    return Attempt(scenario, seed, arm, plan, simulation, control(arm, q), period, object_poses)
+
+
+def _steps(scenario: Scenario) -> int:
+    ratio = 1.0 / (scenario.controller.rate * scenario.sim.timestep)
+    if abs(ratio - round(ratio)) > 1e-6 or ratio < 0.5:
+        raise ConfigurationError(
+            f"controller.rate = {scenario.controller.rate:g} Hz does not fit sim.timestep = {scenario.sim.timestep:g} s; "
+            "a control period must be a whole number of physics steps"
+        )
+    return round(ratio)
+
+
+def _plan(scenario: Scenario, hand: Hand, layout: Layout, object_poses: Array, radius: float) -> Plan:
+    if scenario.program == "line":
+        return line_plan(scenario.line, _tool(hand))
+    alpha = np.radians(scenario.strategy.alpha_deg)
+    direction = np.array([np.cos(alpha), np.sin(alpha)])
+    positions = object_poses[:, :2]
+    center = np.median(positions, axis=0) if len(positions) else layout.frame_center
+    extent = pile_extent(positions, radius, center, direction) if len(positions) else 0.5 * layout.frame_size
+    return pile_strategy(scenario.strategy, _tool(hand), center, extent, REACH, grasp=scenario.program == "grasp")
+
+
+def _tool(hand: Hand) -> Tool:
+    use = hand.parameters["use"]
+    return Tool(
+        theta=hand.theta,
+        press_depth=use["press_depth"],
+        normal_force=use["normal_force"],
+        preshape=use["preshape"],
+        closing_time=use["closing_time"],
+        scoop_angle=hand.scoop_angle,
+        heel=use["heel"],
+    )
+
+
+def _controller_factory(scenario: Scenario, hand: Hand) -> Callable[[ArmModel, Array], Control]:
+    """Read the gains now, so that a bad file is found before the pile is settled; bind arm and posture later."""
+    kind = scenario.controller.kind or hand.controller
+    gains = load_gains(scenario.controller.gains or path(scenario.robot, f"{kind}.toml"))
+    wanted = MotionGains if kind == "operational_space" else Impedance
+    if not isinstance(gains, wanted):
+        raise ConfigurationError(
+            f"{scenario.controller.gains}: holds {type(gains).__name__}, but controller.kind = {kind!r} takes "
+            f"{wanted.__name__}; change controller.kind or the table's name"
+        )
+    solver, rate = scenario.controller.solver, scenario.controller.rate
+
+    def bind(arm: ArmModel, posture: Array) -> Control:
+        if isinstance(gains, MotionGains):
+            motion = OperationalSpaceController(arm, gains, posture, solver=solver, rate=rate)
+            return lambda observation, target, state: motion.step(observation, target.reference, state=state)
+        yielding = HybridImpedanceController.create(arm, gains, posture, solver, rate)
+        return lambda observation, target, state: yielding.step(
+            observation, target.reference, state, target.desired_force
+        )
+
+    return bind

@@ -1,0 +1,77 @@
+"""What a primitive is: it begins from what is sensed, gives a target at any time, and ends by an event."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from ..types import Array, Pose, Reference
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sensed:
+    """What a primitive may look at: the clock, the arm's own kinematics and the wrist sensor.
+
+    Attributes:
+        time: [s].
+        pose: the tool frame in the world, from the joint angles.
+        wrench: (6,) [N, N·m] of the environment on the hand, in world axes.
+    """
+
+    time: float
+    pose: Pose
+    wrench: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Target:
+    """What a primitive asks for at one instant.
+
+    Attributes:
+        reference: pose, twist and acceleration of the tool frame.
+        closure: of the hand, in [0, 1].
+        desired_force: (6,) [N, N·m] that the hand should exert on the environment; impedance control uses it.
+    """
+
+    reference: Reference
+    closure: float
+    desired_force: Array = field(default_factory=lambda: np.zeros(6))
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """How a primitive ended: `failed` or not, and the event or the reason."""
+
+    trigger: str
+    failed: bool = False
+
+
+class Phase(Protocol):
+    """A primitive that has begun."""
+
+    def target(self, time: float) -> Target:
+        """Return what is asked for at `time` [s]."""
+        ...
+
+    def ending(self, sensed: Sensed) -> Ending | None:
+        """Return how the primitive ended, or None while it goes on."""
+        ...
+
+    def force(self, sensed: Sensed) -> float:
+        """Return the force that the primitive watches, relative to its start [N]."""
+        ...
+
+
+class Primitive(Protocol):
+    """A primitive that is waiting for its turn."""
+
+    @property
+    def name(self) -> str:
+        """Name as it appears in outcomes."""
+        ...
+
+    def begin(self, sensed: Sensed, last: Target) -> Phase:
+        """Start at the given instant, continuing from the last target, so that no reference ever jumps."""
+        ...

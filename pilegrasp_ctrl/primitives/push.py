@@ -1,0 +1,76 @@
+"""Push: slide along the support until the force along the push reaches F_grasp."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..trajectories.straight_line import StraightLine
+from ..types import Array
+from .primitive import Ending, Sensed, Target
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Push:
+    """Slide along `direction` at `speed`.
+
+    Attributes:
+        direction: (3,) unit vector in the world.
+        speed: |v_hand| [m/s].
+        grasp_force: F_grasp, along the push, relative to the primitive's start [N].
+        travel: longest way [m].
+        press_depth: the reference sinks this far below touch-down, so that a soft hand keeps touching [m].
+        normal_force: desired force on the support, for a hand that is force-controlled [N].
+        closure: preshape of the hand.
+    """
+
+    direction: Array
+    speed: float
+    grasp_force: float
+    travel: float
+    press_depth: float
+    normal_force: float
+    closure: float
+    name: str = "push"
+
+    def begin(self, sensed: Sensed, last: Target) -> PushPhase:
+        """Start where the hand touches down, wherever the reference has gone meanwhile."""
+        reference = last.reference.pose
+        sink = sensed.pose.translation[2] - self.press_depth - reference.translation[2]
+        down = StraightLine(reference, [0.0, 0.0, sink], SINK_SPEED)
+        along = StraightLine(down.end, self.travel * np.asarray(self.direction), self.speed)
+        return PushPhase(self, sensed, down, along)
+
+
+SINK_SPEED = 0.04
+
+
+@dataclass(frozen=True, slots=True)
+class PushPhase:
+    """A push under way."""
+
+    plan: Push
+    start: Sensed
+    down: StraightLine
+    along: StraightLine
+
+    def target(self, time: float) -> Target:
+        """Return the point on the line; the desired force presses on the support."""
+        elapsed = time - self.start.time
+        sliding = elapsed - self.down.duration
+        reference = self.down.at(elapsed) if sliding < 0.0 else self.along.at(sliding)
+        desired_force = np.array([0.0, 0.0, -self.plan.normal_force, 0.0, 0.0, 0.0])
+        return Target(reference, self.plan.closure, desired_force)
+
+    def force(self, sensed: Sensed) -> float:
+        """Return the force against the push."""
+        return float(-self.plan.direction @ (sensed.wrench[:3] - self.start.wrench[:3]))
+
+    def ending(self, sensed: Sensed) -> Ending | None:
+        """End at F_grasp, or where the travel ends."""
+        if self.force(sensed) >= self.plan.grasp_force:
+            return Ending("grasp force")
+        if sensed.time - self.start.time > self.down.duration + self.along.duration + 0.5:
+            return Ending("travel limit: the force along the push never reached F_grasp", failed=True)
+        return None

@@ -1,0 +1,137 @@
+"""The pile-based strategy: primitives from the pile's centre and extent and three angles (the paper, IV and Fig. 3)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..config import LineConfig, StrategyConfig
+from ..types import Array, Pose
+from .approach import Approach
+from .grasp import Grasp
+from .lift import Lift
+from .move import Move
+from .primitive import Primitive
+from .push import Push
+
+START_HEIGHT = 0.22
+START_BACK = 0.06
+"""The attempt starts this far above the surface and behind the pre-grasp pose [m]."""
+PRE_GRASP_HEIGHT = 0.06
+LIFT_SPEED = 0.12
+HOLD_TIME = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """What the strategy must know of the hand.
+
+    Attributes:
+        theta: slope of fingers or scoop against the table [rad].
+        press_depth: how far the push's reference lies below touch-down [m].
+        normal_force: desired force on the support [N].
+        preshape: closure before the grasp.
+        closing_time: [s].
+        scoop_angle: how far to tilt back [rad].
+        heel: from the leading edge to the heel [m].
+    """
+
+    theta: float
+    press_depth: float
+    normal_force: float
+    preshape: float
+    closing_time: float
+    scoop_angle: float
+    heel: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """What an attempt does.
+
+    Attributes:
+        start: where the tool begins.
+        primitives: in their order.
+        waypoints: poses on the way that must be within reach.
+        closure: of the hand at the start.
+        direction: (3,) of the push, along which the force is watched.
+    """
+
+    start: Pose
+    primitives: tuple[Primitive, ...]
+    waypoints: tuple[Pose, ...]
+    closure: float
+    direction: Array
+
+
+def tool_rotation(yaw: float, theta: float) -> Array:
+    """Return the tool's rotation: fingers along `yaw`, sloping down by `theta`; x along them, z out of the palm."""
+    cy, sy, ct, st = math.cos(yaw), math.sin(yaw), math.cos(theta), math.sin(theta)
+    return np.array([[cy * ct, -sy, cy * st], [sy * ct, cy, sy * st], [-st, 0.0, ct]])
+
+
+def pile_extent(positions: Array, radius: float, center: Array, direction: Array) -> float:
+    """Return how far the pile reaches back from its centre against the push [m], strays left out.
+
+    An object that rolled away from the others is not the pile's edge: the extent ends at the first gap, seen from the
+    centre, that is wider than an object.
+    """
+    back = np.sort((center - positions) @ direction)
+    back = back[back > 0.0]
+    edge = 0.0
+    for distance in back:
+        if distance - edge > 4.0 * radius:
+            break
+        edge = float(distance)
+    return edge + radius
+
+
+def pile_strategy(
+    config: StrategyConfig, tool: Tool, center: Array, extent: float, reach: float, grasp: bool = True
+) -> Plan:
+    """Return the plan of an attempt.
+
+    Args:
+        config: angles, speed and thresholds.
+        tool: the hand's numbers.
+        center: (2,) centre of the pile on the table [m].
+        extent: how far the pile reaches from its centre toward the hand [m].
+        reach: farthest fingertip position from the arm's axis [m].
+        grasp: whether grasp and lift follow the push.
+    """
+    alpha = math.radians(config.alpha_deg)
+    theta = tool.theta if config.theta_deg is None else math.radians(config.theta_deg)
+    direction = np.array([math.cos(alpha), math.sin(alpha), 0.0])
+    rotation = tool_rotation(alpha + math.radians(config.beta_deg), theta)
+    touch = np.array([*center, 0.0]) - (extent + config.clearance) * direction
+    pre_grasp = Pose(touch + [0.0, 0.0, PRE_GRASP_HEIGHT], rotation)
+    start = Pose(touch - START_BACK * direction + [0.0, 0.0, START_HEIGHT], rotation)
+    travel = _travel(touch[:2], direction[:2], reach)
+    approach = Approach(
+        pre_grasp, PRE_GRASP_HEIGHT, config.approach_speed, config.touch_speed, config.touch_force, tool.preshape
+    )
+    push = Push(
+        direction, config.speed, config.grasp_force, travel, tool.press_depth, tool.normal_force, tool.preshape
+    )
+    primitives: tuple[Primitive, ...] = (approach, push)
+    if grasp:
+        closing = Grasp(tool.closing_time, tool.scoop_angle, tool.heel, theta)
+        primitives += (closing, Lift(config.lift_height, LIFT_SPEED, HOLD_TIME))
+    far = Pose(touch + travel * direction, rotation)
+    return Plan(start, primitives, (pre_grasp, Pose(touch, rotation), far), tool.preshape, direction)
+
+
+def line_plan(config: LineConfig, tool: Tool) -> Plan:
+    """Return the plan of a straight line in free space, the hand sloping as for a push along x."""
+    start = Pose(config.start, tool_rotation(0.0, tool.theta))
+    move = Move(np.array(config.displacement), config.speed, tool.preshape)
+    return Plan(start, (move,), (start.moved(config.displacement),), tool.preshape, np.array([1.0, 0.0, 0.0]))
+
+
+def _travel(start: Array, direction: Array, reach: float) -> float:
+    """Return the distance from `start` along `direction` to the circle of radius `reach` about the arm's axis."""
+    along = float(start @ direction)
+    inside = reach**2 - float(start @ start)
+    return -along + math.sqrt(max(along**2 + inside, 0.0))

@@ -1,0 +1,86 @@
+"""Collects what the closed loop sees and makes a recording of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .arm_model import ArmModel
+from .arm_state import ArmState
+from .primitives.primitive import Target
+from .recording import Recording
+from .sim.backend import Simulation
+from .sim.drawing import drawn_bodies
+from .types import Array, Observation
+
+FRAME_PERIOD = 1.0 / 30.0
+SIGNAL_PERIOD = 0.01
+UNITS = {
+    "push_force": "N",
+    "normal_force": "N",
+    "wrench": "N, N·m",
+    "torque_ratio": "1",
+    "tracking_error": "m",
+    "orientation_error": "rad",
+    "closure": "1",
+    "q": "rad",
+    "v": "rad/s",
+    "tool_position": "m",
+    "reference_position": "m",
+}
+
+
+class Recorder:
+    """Samples bodies at 30 Hz and signals at 100 Hz; wall-clock times never enter, so equal attempts give equal bytes."""
+
+    def __init__(self, simulation: Simulation, arm: ArmModel, push_direction: Array) -> None:
+        self._simulation, self._torque_limit, self._direction = simulation, arm.torque_limit, push_direction
+        self._bodies, self._ids = drawn_bodies(simulation.scene)
+        self._frames: list[tuple[float, Array, Array]] = []
+        self._rows: list[dict[str, Any]] = []
+        self._next_frame = self._next_row = 0.0
+
+    def sample(
+        self, observation: Observation, state: ArmState, target: Target, torque: Array, zero: Array
+    ) -> None:
+        """Note one control tick; `zero` (6,) is the wrench at the start of the primitive."""
+        if observation.time >= self._next_frame - 1e-9:
+            self._next_frame += FRAME_PERIOD
+            self._frames.append((observation.time, *self._simulation.poses(self._ids)))
+        if observation.time < self._next_row - 1e-9:
+            return
+        self._next_row += SIGNAL_PERIOD
+        reference = target.reference.pose
+        relative = observation.wrench[:3] - zero[:3]
+        turn = reference.rotation @ state.pose.rotation.T
+        self._rows.append(
+            {
+                "time": observation.time,
+                "push_force": -self._direction @ relative,
+                "normal_force": relative[2],
+                "wrench": observation.wrench,
+                "torque_ratio": np.abs(torque) / self._torque_limit,
+                "tracking_error": np.linalg.norm(reference.translation - state.pose.translation),
+                "orientation_error": np.arccos(np.clip(0.5 * (np.trace(turn) - 1.0), -1.0, 1.0)),
+                "closure": target.closure,
+                "q": observation.q,
+                "v": observation.v,
+                "tool_position": state.pose.translation,
+                "reference_position": reference.translation,
+            }
+        )
+
+    def finish(self, meta: dict[str, Any]) -> Recording:
+        """Return the recording, with the last state as its last frame."""
+        time, position, quaternion = zip(*self._frames, strict=True)
+        rows = self._rows
+        return Recording(
+            meta=meta | {"signal_units": UNITS},
+            bodies=self._bodies,
+            frame_time=np.array(time),
+            body_position=np.array(position),
+            body_quaternion=np.array(quaternion),
+            signal_time=np.array([row["time"] for row in rows]),
+            signals={name: np.array([row[name] for row in rows]) for name in UNITS},
+        )

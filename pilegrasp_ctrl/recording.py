@@ -1,0 +1,317 @@
+"""What an attempt wrote down: shapes, motion and signals in one `.npz` file that numpy alone can read."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import os
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .exceptions import RecordingError
+
+FORMAT = "pilegrasp-recording"
+VERSION = 1
+ROLES = ("arm", "hand", "object", "support", "sensor")
+SIZE_LENGTH = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3, "plane": 2}
+
+# An archive may claim any size; a real recording of ten minutes stays far below this.
+_MAX_BYTES = 1 << 30
+_SIGNAL_PREFIX = "signal/"
+
+
+def _reals(value: Any, length: int, name: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(x) for x in value)
+    except (TypeError, ValueError) as error:
+        raise RecordingError(f"{name} is {value!r}; {length} numbers are expected") from error
+    if len(numbers) != length or not all(map(math.isfinite, numbers)):
+        raise RecordingError(f"{name} is {list(numbers)}; {length} finite numbers are expected")
+    return numbers
+
+
+def _unit(value: Any, name: str) -> tuple[float, ...]:
+    numbers = _reals(value, 4, name)
+    if abs(math.hypot(*numbers) - 1.0) > 1e-3:
+        raise RecordingError(f"{name} is {list(numbers)}, which is not a unit quaternion (wxyz)")
+    return numbers
+
+
+def _frozen(value: ArrayLike, dtype: type, name: str) -> NDArray[Any]:
+    try:
+        with np.errstate(over="ignore"):
+            array: NDArray[Any] = np.array(value, dtype=dtype)
+    except (TypeError, ValueError) as error:
+        raise RecordingError(f"{name} is not an array of numbers") from error
+    if not np.isfinite(array).all():
+        raise RecordingError(f"{name} holds a value that is not finite")
+    array.setflags(write=False)
+    return array
+
+
+def _times(value: ArrayLike, name: str) -> NDArray[np.float64]:
+    times = _frozen(value, np.float64, name)
+    if times.ndim != 1 or (np.diff(times) <= 0.0).any():
+        raise RecordingError(f"{name} is not a list of strictly increasing times")
+    return times
+
+
+def _plain(value: Any) -> Any:
+    """Let JSON take numpy's numbers and arrays."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} is not a JSON value")
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """Write a file so that a reader sees either the old content or all of the new.
+
+    Raises:
+        OSError: where the place cannot be written; nothing is left behind.
+    """
+    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        beside.write_bytes(content)
+        os.replace(beside, path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A primitive fixed to a body.
+
+    Attributes:
+        kind: sphere, capsule, cylinder, box, ellipsoid or plane.
+        size: half-sizes [m] as MuJoCo counts them: sphere (radius), capsule and cylinder (radius, half-length along
+            the local z axis, without the caps), box (half-extents), ellipsoid (radii), plane (half-extents along x and
+            y; 0 is without end). Entries beyond these are dropped.
+        position: (3,) [m] in the body's frame.
+        quaternion: (4,) wxyz, shape to body.
+        rgba: (4,) in 0..1.
+
+    Raises:
+        RecordingError: where the kind is unknown, a length is wrong or a value is not finite or out of range.
+    """
+
+    kind: str
+    size: Sequence[float]
+    position: Sequence[float] = (0.0, 0.0, 0.0)
+    quaternion: Sequence[float] = (1.0, 0.0, 0.0, 0.0)
+    rgba: Sequence[float] = (0.7, 0.7, 0.7, 1.0)
+
+    def __post_init__(self) -> None:
+        length = SIZE_LENGTH.get(self.kind) if isinstance(self.kind, str) else None
+        if length is None:
+            raise RecordingError(f"a shape's kind is {self.kind!r}; it must be one of {', '.join(SIZE_LENGTH)}")
+        try:
+            size = _reals(tuple(self.size)[:length], length, f"the size of a {self.kind}")
+        except TypeError as error:
+            raise RecordingError(f"the size of a {self.kind} is {self.size!r}; numbers are expected") from error
+        if min(size) < 0.0 or (min(size) == 0.0 and self.kind != "plane"):
+            raise RecordingError(f"the size of a {self.kind} is {list(size)}; it must be positive")
+        rgba = _reals(self.rgba, 4, "a shape's rgba")
+        if min(rgba) < 0.0 or max(rgba) > 1.0:
+            raise RecordingError(f"a shape's rgba is {list(rgba)}; it must lie in 0..1")
+        object.__setattr__(self, "size", size)
+        object.__setattr__(self, "position", _reals(self.position, 3, "a shape's position"))
+        object.__setattr__(self, "quaternion", _unit(self.quaternion, "a shape's quaternion"))
+        object.__setattr__(self, "rgba", rgba)
+
+    def half_extents(self) -> tuple[float, float, float]:
+        """Return the half-extents [m] of the box around the shape, in the shape's own axes."""
+        match self.kind:
+            case "sphere":
+                return (self.size[0],) * 3
+            case "capsule":
+                return (self.size[0], self.size[0], self.size[0] + self.size[1])
+            case "cylinder":
+                return (self.size[0], self.size[0], self.size[1])
+            case "plane":
+                return (self.size[0], self.size[1], 0.0)
+        return (self.size[0], self.size[1], self.size[2])
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """A rigid body with its shapes; `role` is arm, hand, object, support or sensor.
+
+    Raises:
+        RecordingError: where the name is empty, the role is unknown or `shapes` holds something else.
+    """
+
+    name: str
+    role: str
+    shapes: tuple[Shape, ...]
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name:
+            raise RecordingError(f"a body's name is {self.name!r}; it must be a non-empty text")
+        if self.role not in ROLES:
+            raise RecordingError(
+                f"the role of body {self.name!r} is {self.role!r}; it must be one of {', '.join(ROLES)}"
+            )
+        shapes = tuple(self.shapes)
+        if not all(isinstance(shape, Shape) for shape in shapes):
+            raise RecordingError(f"the shapes of body {self.name!r} are not all of type Shape")
+        object.__setattr__(self, "shapes", shapes)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """One attempt: F frames of B bodies, and signals at S times of their own.
+
+    Numbers are held as they are stored, so a saved and loaded recording is the same to the last bit.
+
+    Attributes:
+        meta: JSON values: scenario, seed, success, reason, outcomes and what else the writer knows.
+        bodies: B bodies with distinct names.
+        frame_time: (F,) [s], float64, strictly increasing.
+        body_position: (F, B, 3) [m] in the scene's frame, float32.
+        body_quaternion: (F, B, 4) wxyz, body to scene, float32.
+        signal_time: (S,) [s], float64, strictly increasing.
+        signals: name to (S,) or (S, k), float32; units are in `meta["signal_units"]`.
+
+    Raises:
+        RecordingError: where shapes do not fit together, a value is not finite, a time does not increase, a
+            quaternion is not of unit length, or `meta` holds something that JSON cannot.
+    """
+
+    meta: Mapping[str, Any]
+    bodies: tuple[Body, ...]
+    frame_time: NDArray[np.float64]
+    body_position: NDArray[np.float32]
+    body_quaternion: NDArray[np.float32]
+    signal_time: NDArray[np.float64]
+    signals: Mapping[str, NDArray[np.float32]]
+
+    def __post_init__(self) -> None:
+        try:
+            meta = json.loads(json.dumps(dict(self.meta), default=_plain, allow_nan=False))
+        except (TypeError, ValueError, RecursionError) as error:
+            raise RecordingError(f"the recording's meta cannot be written as JSON: {error}") from error
+        bodies = tuple(self.bodies)
+        names = [body.name for body in bodies]
+        repeated = sorted({name for name in names if names.count(name) > 1})
+        if repeated:
+            raise RecordingError(f"the body name {repeated[0]!r} is used more than once")
+        frame_time = _times(self.frame_time, "frame_time")
+        if not bodies or not frame_time.size:
+            raise RecordingError("a recording needs at least one body and one frame")
+        position = _frozen(self.body_position, np.float32, "body_position")
+        quaternion = _frozen(self.body_quaternion, np.float32, "body_quaternion")
+        for array, width, name in ((position, 3, "body_position"), (quaternion, 4, "body_quaternion")):
+            if array.shape != (frame_time.size, len(bodies), width):
+                raise RecordingError(
+                    f"{name} has shape {array.shape}; {(frame_time.size, len(bodies), width)} is expected"
+                )
+        if (np.abs(np.linalg.norm(quaternion, axis=-1) - 1.0) > 1e-3).any():
+            raise RecordingError("body_quaternion holds a quaternion that is not of unit length")
+        signal_time = _times(self.signal_time, "signal_time")
+        signals = {str(name): _frozen(value, np.float32, f"signal {name!r}") for name, value in self.signals.items()}
+        for name, array in signals.items():
+            if array.ndim not in (1, 2) or array.shape[0] != signal_time.size:
+                raise RecordingError(f"signal {name!r} has shape {array.shape}; its length must be {signal_time.size}")
+        for name, value in (
+            ("meta", meta),
+            ("bodies", bodies),
+            ("frame_time", frame_time),
+            ("body_position", position),
+            ("body_quaternion", quaternion),
+            ("signal_time", signal_time),
+            ("signals", signals),
+        ):
+            object.__setattr__(self, name, value)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the recording as one compressed `.npz`; equal recordings give equal bytes.
+
+        Raises:
+            RecordingError: where the place cannot be written; no half-written file is left.
+        """
+        header = {
+            "format": FORMAT,
+            "version": VERSION,
+            "meta": self.meta,
+            "bodies": [asdict(body) for body in self.bodies],
+        }
+        arrays: dict[str, Any] = {
+            "header": np.array(json.dumps(header, sort_keys=True, allow_nan=False)),
+            "frame_time": self.frame_time,
+            "body_position": self.body_position,
+            "body_quaternion": self.body_quaternion,
+            "signal_time": self.signal_time,
+        }
+        arrays |= {_SIGNAL_PREFIX + name: self.signals[name] for name in sorted(self.signals)}
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, **arrays)
+        try:
+            write_atomically(Path(path), buffer.getvalue())
+        except (OSError, ValueError) as error:
+            raise RecordingError(f"the recording cannot be written to {str(path)!r}: {error}") from error
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a recording; nothing in the file is executed.
+
+        Raises:
+            RecordingError: where the file is missing, damaged, not a recording, or of another version.
+        """
+        try:
+            return cls._from_arrays(_read_arrays(Path(path)))
+        except RecordingError as error:
+            raise RecordingError(f"{str(path)!r} cannot be read as a recording: {error}") from error
+        except OSError as error:
+            raise RecordingError(f"{str(path)!r} cannot be read: {error.strerror or error}") from error
+        # Damaged archives make zipfile, zlib and numpy raise a dozen unrelated types; to a user they mean one thing.
+        except Exception as error:
+            raise RecordingError(
+                f"{str(path)!r} cannot be read as a recording: the file is damaged or is not an .npz of this program"
+            ) from error
+
+    @classmethod
+    def _from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> Self:
+        header = json.loads(str(arrays.pop("header"))) if "header" in arrays else None
+        if not isinstance(header, dict) or header.get("format") != FORMAT:
+            raise RecordingError(f"it does not carry the name {FORMAT!r}")
+        if header.get("version") != VERSION:
+            raise RecordingError(f"it has version {header.get('version')!r}; this program reads version {VERSION}")
+        missing = {"frame_time", "body_position", "body_quaternion", "signal_time"} - arrays.keys()
+        if missing:
+            raise RecordingError(f"the entry {min(missing)!r} is missing")
+        bodies = tuple(
+            Body(body["name"], body["role"], tuple(Shape(**shape) for shape in body["shapes"]))
+            for body in header["bodies"]
+        )
+        signals = {
+            name.removeprefix(_SIGNAL_PREFIX): a for name, a in arrays.items() if name.startswith(_SIGNAL_PREFIX)
+        }
+        return cls(
+            meta=header["meta"],
+            bodies=bodies,
+            frame_time=arrays["frame_time"],
+            body_position=arrays["body_position"],
+            body_quaternion=arrays["body_quaternion"],
+            signal_time=arrays["signal_time"],
+            signals=signals,
+        )
+
+
+def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    with path.open("rb") as file:
+        if not zipfile.is_zipfile(file):
+            raise RecordingError("the file is not a complete .npz archive")
+        file.seek(0)
+        with zipfile.ZipFile(file) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > _MAX_BYTES:
+                raise RecordingError(f"it would unpack to more than {_MAX_BYTES >> 20} MiB")
+        file.seek(0)
+        with np.load(file, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}

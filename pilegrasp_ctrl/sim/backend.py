@@ -1,0 +1,54 @@
+"""The simulated robot: four methods, which a real one could offer as well."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from ..types import Array, Observation
+from .scene import Scene
+from .wrist_sensor import WristSensor
+
+
+class Simulation:
+    """MuJoCo behind `reset`, `observe`, `apply` and `step`.
+
+    Args:
+        scene: the compiled scene.
+        sensor: the wrist sensor.
+        steps: physics steps in a control period.
+    """
+
+    def __init__(self, scene: Scene, sensor: WristSensor, steps: int) -> None:
+        self.scene, self._sensor, self._steps = scene, sensor, steps
+        self.data = mujoco.MjData(scene.model)
+        self._n = scene.arm_dofs
+
+    def reset(self, q: Array, object_poses: Array) -> None:
+        """Put the arm at `q` (nv,) [rad] at rest and the objects at their settled poses (n, 7)."""
+        mujoco.mj_resetData(self.scene.model, self.data)
+        self.data.qpos[: self._n] = q
+        self.data.qpos[self.scene.object_qpos :] = object_poses.ravel()
+        mujoco.mj_forward(self.scene.model, self.data)
+
+    def observe(self) -> Observation:
+        """Read encoders and wrist sensor; call it once a control period."""
+        n = self._n
+        return Observation(self.data.time, self.data.qpos[:n].copy(), self.data.qvel[:n].copy(), self._sensor.read(self.data))
+
+    def apply(self, torque: Array, closure: float) -> None:
+        """Set the joint torques (nv,) [N·m] and the hand's closure in [0, 1]."""
+        self.data.ctrl[: self._n] = torque
+        self.data.ctrl[self._n :] = closure
+
+    def step(self) -> None:
+        """Advance by one control period; the command is held."""
+        mujoco.mj_step(self.scene.model, self.data, self._steps)
+
+    def poses(self, bodies: Array) -> tuple[Array, Array]:
+        """Return positions (n, 3) [m] and quaternions wxyz (n, 4) of bodies."""
+        return self.data.xpos[bodies].copy(), self.data.xquat[bodies].copy()
+
+    def held_still(self) -> bool:
+        """Whether every object rests; for tests and experiments."""
+        return bool(np.abs(self.data.qvel[self._n :]).max(initial=0.0) < 1e-2)

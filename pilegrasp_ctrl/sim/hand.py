@@ -1,0 +1,93 @@
+"""A hand as the simulation sees it: one interface for the RBO Hand 2 and the shovel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from ..robots import description
+from ..types import MassProperties, Pose
+from .rbo_hand2 import build_rbo_hand2
+from .shovel import build_shovel
+from .surface import Surface
+
+_BUILDERS: dict[str, Callable[[dict[str, Any]], mujoco.MjSpec]] = {
+    "rbo_hand2": build_rbo_hand2,
+    "shovel": build_shovel,
+}
+
+
+@dataclass(frozen=True)
+class Hand:
+    """What the scene, the controller and the primitives need to know of an end-effector.
+
+    Attributes:
+        name: as in the scenario key `hand`.
+        parameters: the parsed `robot.toml`.
+    """
+
+    name: str
+    parameters: dict[str, Any]
+
+    @classmethod
+    def load(cls, name: str) -> Hand:
+        """Read a hand by name.
+
+        Raises:
+            ModelError: where there is no such hand.
+        """
+        return cls(name, description(f"hands/{name}"))
+
+    def build(self) -> mujoco.MjSpec:
+        """Return a spec whose body `sensor` carries the wrist sensor and the hand, in the flange's axes."""
+        return _BUILDERS[self.name](self.parameters)
+
+    @property
+    def controller(self) -> str:
+        """The controller that suits the hand, unless the scenario names one."""
+        return str(self.parameters["hand"]["controller"])
+
+    @property
+    def theta(self) -> float:
+        """Slope of the finger bases (or the scoop's floor) against the table [rad]."""
+        return math.radians(self.parameters["hand"]["theta_deg"])
+
+    @property
+    def scoop_angle(self) -> float:
+        """How far the hand tilts back to grasp [rad]; zero for a hand that closes."""
+        return math.radians(self.parameters["hand"].get("scoop_angle_deg", 0.0))
+
+    @property
+    def surface(self) -> Surface:
+        """Friction and restitution of the hand's skin."""
+        return Surface(**self.parameters["surface"], rank=2)
+
+    @property
+    def transform_tool_to_flange(self) -> Pose:
+        """The tool frame: x along the fingers, z normal to the palm, origin in the middle of the fingertips."""
+        angle = math.radians(self.parameters["hand"]["finger_angle_deg"])
+        along = np.array([-math.sin(angle), 0.0, math.cos(angle)])
+        normal = np.array([math.cos(angle), 0.0, math.sin(angle)])
+        rotation = np.column_stack([along, np.cross(normal, along), normal])
+        return Pose(self.parameters["hand"]["tool_origin"], rotation)
+
+    def mass_properties(self) -> MassProperties:
+        """Return mass, centre of mass and inertia of sensor and hand at rest, in the flange's axes."""
+        model = self.build().compile()
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mass = model.body_mass[1:]
+        center = mass @ data.xipos[1:] / mass.sum()
+        inertia = np.zeros((3, 3))
+        for body in range(1, model.nbody):
+            rotation = data.ximat[body].reshape(3, 3)
+            offset = data.xipos[body] - center
+            inertia += rotation @ np.diag(model.body_inertia[body]) @ rotation.T
+            inertia += model.body_mass[body] * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+        return MassProperties(float(mass.sum()), center, 0.5 * (inertia + inertia.T))

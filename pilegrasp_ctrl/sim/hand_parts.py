@@ -1,0 +1,46 @@
+"""Parts that both hands are made of."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..types import Array
+
+DARK = (0.16, 0.17, 0.19, 1.0)
+
+
+def frame_quaternion(x_axis: ArrayLike, z_hint: ArrayLike) -> Array:
+    """Return the quaternion (wxyz) of the frame with the given x axis and the z axis nearest to `z_hint`."""
+    x = np.asarray(x_axis, dtype=float) / np.linalg.norm(x_axis)
+    z = np.asarray(z_hint, dtype=float) - np.dot(z_hint, x) * x
+    z /= np.linalg.norm(z)
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.column_stack([x, np.cross(z, x), z]).ravel())
+    return quaternion
+
+
+def add_sensor(spec: mujoco.MjSpec, parameters: dict[str, Any]) -> Any:
+    """Add the body `sensor` with its housing, the site `wrist_sensor` at the flange, and the two sensors.
+
+    The force/torque sensors read the interaction between flange and sensor body, so the housing counts as tool.
+    """
+    top, bottom, radius = parameters["top"], parameters["bottom"], parameters["radius"]
+    body = spec.worldbody.add_body(name="sensor")
+    body.add_geom(
+        name="sensor",
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[radius, (top - bottom) / 2.0, 0.0],
+        pos=[0.0, 0.0, (top + bottom) / 2.0],
+        mass=parameters["mass"],
+        rgba=DARK,
+        contype=0,
+        conaffinity=0,
+    )
+    body.add_site(name="wrist_sensor", size=[0.005, 0.005, 0.005])
+    for name, kind in (("wrist_force", mujoco.mjtSensor.mjSENS_FORCE), ("wrist_torque", mujoco.mjtSensor.mjSENS_TORQUE)):
+        spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="wrist_sensor")
+    return body

@@ -1,0 +1,116 @@
+"""The RBO Hand 2 as MuJoCo bodies: fingers are chains with a spring in every joint, inflation is a moment in all of them.
+
+A PneuFlex finger bends with constant curvature under pressure; equal moments in equal springs give the same shape, and
+what is left of the finger's compliance toward the side sits in one hinge at its base.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from .hand_parts import add_sensor, frame_quaternion
+
+SILICONE = (0.93, 0.80, 0.62, 1.0)
+SCAFFOLD = (0.35, 0.37, 0.42, 1.0)
+LATERAL_RANGE = 0.35
+BEND_RANGE = (-0.9, 1.6)
+ROTOR_INERTIA = 2e-6  # keeps the lightest fingertip joint well conditioned at 1 ms
+
+
+def build_rbo_hand2(parameters: dict[str, Any]) -> mujoco.MjSpec:
+    """Return the hand's spec from its `robot.toml`."""
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    root = add_sensor(spec, parameters["sensor"])
+    _add_palm(root, parameters["palm"])
+    fingers, thumb, pneumatics = parameters["fingers"], parameters["thumb"], parameters["pneumatics"]
+    angle = np.radians(parameters["hand"]["finger_angle_deg"])
+    palm_normal = np.array([np.cos(angle), 0.0, np.sin(angle)])
+    for name in fingers["base"]:
+        _add_finger(spec, root, name, fingers, fingers["base"][name], fingers["tip"][name], palm_normal, pneumatics)
+        _add_inflation(spec, name, fingers["segments"], pneumatics["closing_moment"], pneumatics)
+    _add_finger(spec, root, "thumb", thumb, thumb["base"], thumb["tip"], thumb["bend_toward"], pneumatics)
+    _add_inflation(spec, "thumb", thumb["segments"], pneumatics["thumb_closing_moment"], pneumatics)
+    return spec
+
+
+def _add_palm(root: Any, palm: dict[str, Any]) -> None:
+    volumes = {part: float(np.prod(palm[f"{part}_half_size"])) for part in ("scaffold", "pad", "web")}
+    for part, volume in volumes.items():
+        root.add_geom(
+            name=f"palm_{part}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            pos=palm[f"{part}_center"],
+            size=palm[f"{part}_half_size"],
+            mass=palm["mass"] * volume / sum(volumes.values()),
+            rgba=SCAFFOLD if part == "scaffold" else SILICONE,
+            contype=0,
+            conaffinity=0,
+        )
+
+
+def _add_finger(
+    spec: mujoco.MjSpec,
+    root: Any,
+    name: str,
+    shape: dict[str, Any],
+    base: list[float],
+    tip: list[float],
+    bend_toward: Any,
+    pneumatics: dict[str, Any],
+) -> None:
+    """Add the chain `{name}_1..n`; joint `{name}_lateral` at the base and `{name}_bend_i`, positive when closing."""
+    count = shape["segments"]
+    direction = np.subtract(tip, base)
+    length = float(np.linalg.norm(direction)) / count
+    radii = np.linspace(shape["radius_base"], shape["radius_tip"], count)
+    parent = root
+    for i in range(count):
+        first, last = i == 0, i == count - 1
+        placement = {"pos": base, "quat": frame_quaternion(direction, bend_toward)} if first else {"pos": [length, 0, 0]}
+        body = parent.add_body(name=f"{name}_{i + 1}", **placement)
+        if first:
+            _add_hinge(body, f"{name}_lateral", [0, 0, 1], "lateral", (-LATERAL_RANGE, LATERAL_RANGE), pneumatics)
+        _add_hinge(body, f"{name}_bend_{i + 1}", [0, -1, 0], "bending", BEND_RANGE, pneumatics)
+        body.add_geom(
+            name=f"{name}_{i + 1}",
+            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+            fromto=[0.0, 0.0, 0.0, length - (radii[i] if last else 0.0), 0.0, 0.0],
+            size=[radii[i], 0.0, 0.0],
+            mass=shape["mass"] / count,
+            rgba=SILICONE,
+            contype=0,
+            conaffinity=0,
+        )
+        parent = body
+
+
+def _add_hinge(
+    body: Any, name: str, axis: list[float], mode: str, limits: tuple[float, float], pneumatics: dict[str, Any]
+) -> None:
+    joint = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis, range=limits, limited=True)
+    joint.stiffness[0] = pneumatics[f"{mode}_stiffness"]
+    joint.damping[0] = pneumatics[f"{mode}_damping"]
+    joint.armature = ROTOR_INERTIA
+
+
+def _add_inflation(spec: mujoco.MjSpec, name: str, segments: int, moment: float, pneumatics: dict[str, Any]) -> None:
+    """Add the actuator `{name}`: closure in [0, 1], first-order in time, the same moment in every bending joint."""
+    tendon = spec.add_tendon(name=name)
+    for i in range(segments):
+        tendon.wrap_joint(f"{name}_bend_{i + 1}", 1.0)
+    actuator = spec.add_actuator(
+        name=name,
+        target=name,
+        trntype=mujoco.mjtTrn.mjTRN_TENDON,
+        dyntype=mujoco.mjtDyn.mjDYN_FILTEREXACT,
+        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+        biastype=mujoco.mjtBias.mjBIAS_NONE,
+        ctrllimited=True,
+        ctrlrange=(0.0, 1.0),
+    )
+    actuator.dynprm[0] = pneumatics["time_constant"]
+    actuator.gainprm[0] = moment

@@ -1,0 +1,143 @@
+"""The MuJoCo model of one attempt: table, support, arm, hand and objects, with every contact pair spelled out."""
+
+from __future__ import annotations
+
+import colorsys
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from ..config import Scenario
+from ..robots import path
+from .contact import Rule, add_pair, combine, pair_parameters
+from .hand import Hand
+from .layout import TABLE_HALF_SIZE, WALL_DISTANCE, Layout
+from .objects import ObjectKind
+from .surface import SUPPORT
+
+WOOD = (0.72, 0.60, 0.46, 1.0)
+WALL_COLOR = (0.62, 0.68, 0.74, 0.45)
+NEWTON_LIMIT = 20
+"""Most objects for which Newton is the faster solver; CG scales better above."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A compiled scene and the addresses in it.
+
+    Attributes:
+        model: the MuJoCo model.
+        arm_dofs: number of arm joints; they come first in qpos, qvel and ctrl.
+        objects: body ids of the objects.
+        hand_bodies: body ids of sensor and hand.
+        object_qpos: first qpos address of the objects' free joints, which follow one another.
+    """
+
+    model: mujoco.MjModel
+    arm_dofs: int
+    objects: tuple[int, ...]
+    hand_bodies: tuple[int, ...]
+    object_qpos: int
+
+
+def new_spec(timestep: float, count: int) -> mujoco.MjSpec:
+    """Return an empty spec with the numerics that all our models share."""
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    option = spec.option
+    option.timestep = timestep
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON if count <= NEWTON_LIMIT else mujoco.mjtSolver.mjSOL_CG
+    option.impratio = 3.0
+    return spec
+
+
+def add_support(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
+    """Add table and walls; return the names of their geoms."""
+    spec.worldbody.add_geom(
+        name="table",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        pos=[WALL_DISTANCE - TABLE_HALF_SIZE[0] + 0.1, 0.0, 0.0],
+        size=[*TABLE_HALF_SIZE, 0.05],
+        rgba=WOOD,
+        contype=1,
+        conaffinity=2,
+    )
+    for wall in layout.walls:
+        spec.worldbody.add_geom(
+            name=wall.name,
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            pos=wall.center,
+            quat=[np.cos(wall.yaw / 2.0), 0.0, 0.0, np.sin(wall.yaw / 2.0)],
+            size=wall.half_size,
+            rgba=WALL_COLOR,
+            contype=1,
+            conaffinity=2,
+        )
+    return ["table", *(wall.name for wall in layout.walls)]
+
+
+def add_objects(spec: mujoco.MjSpec, kind: ObjectKind, count: int, supports: list[str], rule: Rule) -> list[str]:
+    """Add `count` objects and their pairs among themselves and with the supports; return the names of their geoms."""
+    for index in range(count):
+        hue = (0.11 + 0.61803399 * index) % 1.0
+        kind.add_to(spec, index, (*colorsys.hsv_to_rgb(hue, 0.62, 0.92), 1.0))
+    names = [f"object_{index}" for index in range(count)]
+    among = pair_parameters(combine(kind.surface, kind.surface, rule))
+    below = pair_parameters(combine(kind.surface, SUPPORT, rule))
+    for first, second in combinations(names, 2):
+        add_pair(spec, first, second, among)
+    for name in names:
+        for support in supports:
+            add_pair(spec, name, support, below)
+    return names
+
+
+def build_scene(scenario: Scenario, hand: Hand, kind: ObjectKind, layout: Layout) -> Scene:
+    """Compile the scene of an attempt; the arm is the first tree, the hand the second part of it, then the objects."""
+    rule = scenario.sim.contact_rule
+    spec = new_spec(scenario.sim.timestep, scenario.pile.count)
+    arm = mujoco.MjSpec.from_file(str(path(scenario.robot, f"{scenario.robot}.xml")))
+    arm_joints = len(arm.joints)
+    base = spec.worldbody.add_frame(pos=layout.transform_base_to_world.translation)
+    for body in arm.worldbody.bodies:
+        base.attach_body(body, "", "")
+    # The contact plane has no edge; where the table ends, these links reach below its height.
+    for link in ("base_link", "link1", "link2", "link3"):
+        spec.add_exclude(bodyname1="world", bodyname2=link)
+    hand_spec = hand.build()
+    spec.site("flange").attach_body(hand_spec.body("sensor"), "", "")
+    supports = add_support(spec, layout)
+    objects = add_objects(spec, kind, scenario.pile.count, supports, rule)
+    fingers = _contact_geoms(hand_spec)
+    on_support = pair_parameters(combine(hand.surface, SUPPORT, rule))
+    on_object = pair_parameters(combine(hand.surface, kind.surface, rule))
+    for finger in fingers:
+        for support in supports:
+            add_pair(spec, finger, support, on_support, condim=4)
+        for name in objects:
+            add_pair(spec, finger, name, on_object)
+    model = spec.compile()
+    hand_bodies = tuple(i for i in range(model.nbody) if _is_below(model, i, model.body("sensor").id))
+    return Scene(
+        model=model,
+        arm_dofs=arm_joints,
+        objects=tuple(model.body(name).id for name in objects),
+        hand_bodies=hand_bodies,
+        object_qpos=model.nq - 7 * len(objects),
+    )
+
+
+def _contact_geoms(hand_spec: mujoco.MjSpec) -> list[str]:
+    """Return the hand's geoms that touch objects and table: all but the sensor's housing and the shovel's bracket."""
+    return [geom.name for geom in hand_spec.geoms if geom.name not in ("sensor", "bracket")]
+
+
+def _is_below(model: Any, body: int, ancestor: int) -> bool:
+    while body not in (0, ancestor):
+        body = model.body_parentid[body]
+    return bool(body == ancestor)

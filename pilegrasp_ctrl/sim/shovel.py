@@ -1,0 +1,62 @@
+"""The rigid shovel: a floor with a thin leading edge, two side walls and a back wall."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from .hand_parts import DARK, add_sensor, frame_quaternion
+
+PLASTIC = (0.20, 0.42, 0.62, 1.0)
+
+
+def build_shovel(parameters: dict[str, Any]) -> mujoco.MjSpec:
+    """Return the shovel's spec from its `robot.toml`."""
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    root = add_sensor(spec, parameters["sensor"])
+    scoop, hand = parameters["scoop"], parameters["hand"]
+    angle = math.radians(hand["finger_angle_deg"])
+    along = np.array([-math.sin(angle), 0.0, math.cos(angle)])
+    normal = np.array([math.cos(angle), 0.0, math.sin(angle)])
+    body = root.add_body(name="scoop", pos=hand["tool_origin"], quat=frame_quaternion(along, normal))
+    length, width, half = scoop["length"], scoop["width"], scoop["thickness"] / 2.0
+    wall, back = scoop["wall_height"] / 2.0, scoop["back_height"] / 2.0
+    # In the tool frame: the leading edge is the y axis, the floor lies behind it with its underside through the origin.
+    boxes = {
+        "floor": ([-length / 2.0, 0.0, half], [length / 2.0, width / 2.0, half]),
+        "left": ([-0.55 * length, width / 2.0 - half, wall], [0.45 * length, half, wall]),
+        "right": ([-0.55 * length, -width / 2.0 + half, wall], [0.45 * length, half, wall]),
+        "back": ([-length + half, 0.0, back], [half, width / 2.0, back]),
+    }
+    area = {part: float(np.prod(sorted(size)[1:])) for part, (_, size) in boxes.items()}
+    for part, (center, size) in boxes.items():
+        body.add_geom(
+            name=f"scoop_{part}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            pos=center,
+            size=size,
+            mass=scoop["mass"] * area[part] / sum(area.values()),
+            rgba=PLASTIC,
+            contype=0,
+            conaffinity=0,
+        )
+    _add_bracket(root, parameters, hand["tool_origin"] - length * along + back * normal)
+    return spec
+
+
+def _add_bracket(root: Any, parameters: dict[str, Any], back_center: np.ndarray) -> None:
+    """Add the strut from the sensor to the back wall; it is drawn, and never in reach of an object."""
+    root.add_geom(
+        name="bracket",
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+        fromto=[0.0, 0.0, parameters["sensor"]["top"], *back_center],
+        size=[0.012, 0.0, 0.0],
+        mass=0.0,
+        rgba=DARK,
+        contype=0,
+        conaffinity=0,
+    )

@@ -1,0 +1,75 @@
+"""Joint angles for a tool pose, by differential inverse kinematics with limits (mink)."""
+
+from __future__ import annotations
+
+import mink
+import mujoco
+import numpy as np
+
+from ..exceptions import UnreachablePoseError
+from ..robots import description, path
+from ..types import Array, Pose
+
+POSITION_TOLERANCE = 1e-4
+ORIENTATION_TOLERANCE = 1e-3
+MARGIN = 0.05
+"""The start posture keeps this distance from the joint limits [rad]."""
+STEP = 0.1
+ITERATIONS = 300
+
+
+class StartPosture:
+    """Solves for the arm alone: the bare arm's model with a site at the tool frame."""
+
+    def __init__(self, robot: str, transform_tool_to_flange: Pose, transform_base_to_world: Pose) -> None:
+        spec = mujoco.MjSpec.from_file(str(path(robot, f"{robot}.xml")))
+        flange = spec.site("flange")
+        rotation = np.zeros(9)
+        mujoco.mju_quat2Mat(rotation, flange.quat)
+        rotation = rotation.reshape(3, 3) @ transform_tool_to_flange.rotation
+        quaternion = np.zeros(4)
+        mujoco.mju_mat2Quat(quaternion, rotation.ravel())
+        flange_rotation = rotation @ transform_tool_to_flange.rotation.T
+        flange.parent.add_site(
+            name="tool", pos=flange.pos + flange_rotation @ transform_tool_to_flange.translation, quat=quaternion
+        )
+        self._model = spec.compile()
+        self._base = transform_base_to_world
+        self._postures = [np.array(posture) for posture in description(robot)["postures"]["search"]]
+
+    def solve(self, pose: Pose, start: Array | None = None) -> Array:
+        """Return joint angles (nv,) [rad] that put the tool frame at `pose` in the world.
+
+        Tries `start` where given, then the robot's own search postures.
+
+        Raises:
+            UnreachablePoseError: where none leads there within the joint limits.
+        """
+        target = self._base.inverse() @ pose
+        nearest = np.inf
+        for guess in ([start] if start is not None else []) + self._postures:
+            q, position_error, orientation_error = self._descend(target, guess)
+            if position_error < POSITION_TOLERANCE and orientation_error < ORIENTATION_TOLERANCE:
+                return q
+            nearest = min(nearest, position_error)
+        x, y, z = pose.translation
+        raise UnreachablePoseError(
+            f"the hand cannot reach ({x:.2f}, {y:.2f}, {z:.2f}) m with this orientation within the joint limits "
+            f"(it stays {1000 * nearest:.0f} mm short); change strategy.alpha_deg, beta_deg or theta_deg, or line.start"
+        )
+
+    def _descend(self, target: Pose, guess: Array) -> tuple[Array, float, float]:
+        configuration = mink.Configuration(self._model, q=np.asarray(guess, dtype=float))
+        tool = mink.FrameTask("tool", "site", position_cost=1.0, orientation_cost=0.3, lm_damping=1e-3)
+        tool.set_target(mink.SE3.from_rotation_and_translation(mink.SO3.from_matrix(target.rotation), target.translation))
+        posture = mink.PostureTask(self._model, cost=1e-3)
+        posture.set_target(np.asarray(guess, dtype=float))
+        limits = [mink.ConfigurationLimit(self._model, min_distance_from_limits=MARGIN)]
+        for iteration in range(ITERATIONS):
+            tasks = [tool, posture] if iteration < ITERATIONS // 2 else [tool]
+            velocity = mink.solve_ik(configuration, tasks, STEP, "daqp", damping=1e-6, limits=limits)
+            configuration.integrate_inplace(velocity, STEP)
+            error = tool.compute_error(configuration)
+            if iteration >= ITERATIONS // 2 and np.linalg.norm(error) < 0.5 * POSITION_TOLERANCE:
+                break
+        return configuration.q.copy(), float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:]))

@@ -1,0 +1,59 @@
+"""Stops a simulation that can no longer be believed, and keeps its last states for whoever looks into it."""
+
+from __future__ import annotations
+
+import tempfile
+from collections import deque
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from ..exceptions import SimulationError
+from ..types import Array
+
+DEEPEST = 0.008
+"""Penetration at which a contact is no contact any more: 30 % of a tennis ball's radius [m]."""
+SATURATION_TIME = 1.0
+"""A joint torque may sit at its limit for this long [s]."""
+HISTORY = 200
+
+
+class Watchdog:
+    """Looks at the state once a control period."""
+
+    def __init__(self, period: float, torque_limit: Array, label: str) -> None:
+        self._period, self._limit, self._label = period, torque_limit, label
+        self._saturated = np.zeros(len(torque_limit))
+        self._states: deque[tuple[float, Array, Array, Array]] = deque(maxlen=HISTORY)
+
+    def check(self, data: mujoco.MjData, torque: Array) -> None:
+        """Note the state, and judge it.
+
+        Raises:
+            SimulationError: for a state that is not finite, a contact deeper than `DEEPEST`, or a torque that has been
+                at its limit for `SATURATION_TIME`; the sentence names the file with the last states.
+        """
+        self._states.append((data.time, data.qpos.copy(), data.qvel.copy(), data.ctrl.copy()))
+        if not (np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all() and np.isfinite(torque).all()):
+            self._stop(data, "the state is not finite; lower sim.timestep")
+        if data.ncon:
+            deepest = -float(data.contact.dist[: data.ncon].min())
+            if deepest > DEEPEST:
+                pair = data.contact.geom[int(data.contact.dist[: data.ncon].argmin())]
+                names = " and ".join(data.model.geom(int(geom)).name or f"geom {geom}" for geom in pair)
+                self._stop(data, f"{names} overlap by {1000 * deepest:.1f} mm; lower strategy.speed or sim.timestep")
+        self._saturated = np.where(np.abs(torque) >= 0.999 * self._limit, self._saturated + self._period, 0.0)
+        if self._saturated.max() > SATURATION_TIME:
+            joint = int(self._saturated.argmax())
+            self._stop(
+                data,
+                f"joint {joint + 1} has been at its torque limit of {self._limit[joint]:.1f} N·m for "
+                f"{SATURATION_TIME:.1f} s; lower strategy.grasp_force or strategy.speed",
+            )
+
+    def _stop(self, data: mujoco.MjData, reason: str) -> None:
+        file = Path(tempfile.gettempdir()) / f"pilegrasp-last-states-{self._label}.npz"
+        times, qpos, qvel, ctrl = zip(*self._states, strict=True)
+        np.savez_compressed(file, time=times, qpos=qpos, qvel=qvel, ctrl=ctrl)
+        raise SimulationError(f"at {data.time:.3f} s {reason} (the last {len(times)} states are in {file})")

@@ -1,0 +1,1 @@
+"""References over time: position, velocity and acceleration that agree with each other."""

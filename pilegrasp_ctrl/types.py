@@ -1,0 +1,160 @@
+"""Values that cross the borders between control, simulation and viewer; numpy is all they need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+def frozen_array(value: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
+    """Return a read-only float64 copy of `value`.
+
+    Raises:
+        ValueError: where the shape differs or an entry is not finite.
+    """
+    array = np.array(value, dtype=np.float64)
+    if array.shape != shape:
+        raise ValueError(f"{name} has shape {array.shape}; {shape} is expected")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} holds a value that is not finite: {array.tolist()}")
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """A rigid transform: `rotation` (3, 3) and `translation` (3,) [m] map the named frame into its parent.
+
+    Raises:
+        ValueError: where a shape is wrong, a value is not finite, or the rotation is not orthonormal to 1e-6.
+    """
+
+    translation: Array
+    rotation: Array = field(default_factory=lambda: np.eye(3))
+
+    def __post_init__(self) -> None:
+        translation = frozen_array(self.translation, (3,), "translation")
+        rotation = frozen_array(self.rotation, (3, 3), "rotation")
+        if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-6 or np.linalg.det(rotation) < 0.0:
+            raise ValueError("rotation is not a right-handed orthonormal matrix")
+        object.__setattr__(self, "translation", translation)
+        object.__setattr__(self, "rotation", rotation)
+
+    def __matmul__(self, other: Pose) -> Pose:
+        """Compose: (a to world) @ (b to a) = (b to world)."""
+        return Pose(self.translation + self.rotation @ other.translation, self.rotation @ other.rotation)
+
+    def inverse(self) -> Pose:
+        """Return the transform from the parent into this frame."""
+        return Pose(-self.rotation.T @ self.translation, self.rotation.T)
+
+    def moved(self, displacement: ArrayLike) -> Pose:
+        """Return this pose translated by `displacement` (3,) [m] in the parent's axes."""
+        return Pose(self.translation + np.asarray(displacement, dtype=np.float64), self.rotation)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reference:
+    """Where the tool should be: pose, twist (6,) [m/s, rad/s] and acceleration (6,) [m/s², rad/s²].
+
+    Linear part first, in world axes, of the tool frame's origin.
+    """
+
+    pose: Pose
+    twist: Array = field(default_factory=lambda: np.zeros(6))
+    acceleration: Array = field(default_factory=lambda: np.zeros(6))
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "twist", frozen_array(self.twist, (6,), "twist"))
+        object.__setattr__(self, "acceleration", frozen_array(self.acceleration, (6,), "acceleration"))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """What a controller may see at `time` [s].
+
+    `q` and `v` (nv,) are joint positions [rad] and velocities [rad/s]; `wrench` (6,) [N, N·m] is what the environment
+    does to the hand, linear part first, at the sensor frame's origin, in world axes, tool weight removed.
+    """
+
+    time: float
+    q: Array
+    v: Array
+    wrench: Array = field(default_factory=lambda: np.zeros(6))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Command:
+    """Joint torques (nv,) [N·m]."""
+
+    torque: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ControllerOutput:
+    """One tick's answer.
+
+    Attributes:
+        command: the joint torques.
+        acceleration: (nv,) the joint accelerations that the QP chose [rad/s²].
+        active_limits: names of the limits that bind, such as "torque[2] upper".
+        solve_time: seconds the QP took (wall clock; not part of any recording).
+        fallback: why the QP's answer was not used, or "" where it was.
+    """
+
+    command: Command
+    acceleration: Array
+    active_limits: tuple[str, ...] = ()
+    solve_time: float = 0.0
+    fallback: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MassProperties:
+    """A rigid body: `mass` [kg], `center_of_mass` (3,) [m] and `inertia` (3, 3) [kg·m²] about it.
+
+    All in the axes of the frame that carries the body, for a tool the arm's flange.
+
+    Raises:
+        ValueError: where the mass is negative or the inertia is not symmetric positive semi-definite.
+    """
+
+    mass: float
+    center_of_mass: Array
+    inertia: Array
+
+    def __post_init__(self) -> None:
+        if not self.mass >= 0.0:
+            raise ValueError(f"mass is {self.mass} kg; it must not be negative")
+        inertia = frozen_array(self.inertia, (3, 3), "inertia")
+        if np.abs(inertia - inertia.T).max() > 1e-9 or np.linalg.eigvalsh(inertia)[0] < -1e-12:
+            raise ValueError("inertia is not symmetric positive semi-definite")
+        object.__setattr__(self, "center_of_mass", frozen_array(self.center_of_mass, (3,), "center_of_mass"))
+        object.__setattr__(self, "inertia", inertia)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a primitive ended.
+
+    `status` is "ended" or "failed"; `trigger` names the event or, for a failure, the reason. `start` and `end` are
+    times [s], `travel` the path length of the tool [m], `peak_force` the largest filtered force along the primitive's
+    own direction, relative to its start [N].
+    """
+
+    name: str
+    status: str
+    trigger: str
+    start: float
+    end: float
+    travel: float
+    peak_force: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the fields as plain JSON values."""
+        return {name: getattr(self, name) for name in self.__slots__}

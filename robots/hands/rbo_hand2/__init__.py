@@ -1,0 +1,1 @@
+"""RBO Hand 2 on its force/torque sensor."""

@@ -1,0 +1,1 @@
+"""Shovel on its force/torque sensor."""

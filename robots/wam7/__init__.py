@@ -1,0 +1,1 @@
+"""Barrett WAM with seven degrees of freedom."""

@@ -1,0 +1,295 @@
+"""What a scenario may say, and what it means."""
+
+import datetime
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scenario_table import table
+
+from pilegrasp_ctrl.config import Scenario, build_scenario, dotted_keys, load_scenario, parse_overrides
+from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.scenarios import find, names
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+# What each shipped scenario may change of the defaults, which are those of spheres_wall: what its name says.
+DIFFERENCES = {
+    "spheres_wall": {},
+    "spheres_corner": {"support.kind": "corner"},
+    "spheres_alone": {"support.kind": "none"},
+    "cylinders_wall": {"pile.object": "cylinder", "pile.count": 14},
+    "cubes_wall": {"pile.object": "cube", "pile.count": 14},
+    "free_space_line": {"program": "line"},
+    "push_wall": {"program": "push", "pile.count": 0},
+}
+
+
+def value_of(scenario: Scenario, key: str) -> object:
+    value: object = scenario
+    for part in key.split("."):
+        value = getattr(value, part)
+    return value
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_shipped_scenarios_are_the_expected_ones():
+    assert names() == sorted(DIFFERENCES)
+
+
+@pytest.mark.parametrize("name", sorted(DIFFERENCES))
+def test_a_shipped_scenario_differs_only_in_what_its_name_says(name):
+    scenario, default = load_scenario(name), Scenario()
+    assert scenario.name == name
+    assert scenario.summary
+    assert scenario.tags
+    differences = {
+        key: value_of(scenario, key)
+        for key in dotted_keys()
+        if key not in ("name", "summary", "tags") and value_of(scenario, key) != value_of(default, key)
+    }
+    assert differences == DIFFERENCES[name]
+
+
+def test_the_shipped_scenarios_have_different_hashes():
+    assert len({load_scenario(name).config_hash() for name in names()}) == len(names())
+
+
+def test_the_documented_keys_are_the_declared_ones():
+    assert table() in (DOCS / "scenarios.md").read_text(encoding="utf-8"), (
+        "python tests/scenario_table.py prints it anew"
+    )
+
+
+def test_the_documented_scenarios_are_those_that_ship():
+    text = (DOCS / "scenarios.md").read_text(encoding="utf-8")
+    rows = "\n".join(f"| `{name}` | {load_scenario(name).summary} |" for name in names())
+    assert rows in text, rows
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("pile.count", -1),
+        ("pile.count", 201),
+        ("pile.count", 5.0),
+        ("pile.count", "5"),
+        ("pile.count", True),
+        ("pile.mass", 0.0),
+        ("pile.mass", -0.06),
+        ("pile.mass", float("nan")),
+        ("pile.scale", float("inf")),
+        ("pile.object", 3),
+        ("strategy.alpha_deg", 91),
+        ("strategy.beta_deg", float("nan")),
+        ("strategy.theta_deg", "steep"),
+        ("strategy.speed", 0.0),
+        ("strategy.grasp_force", float("inf")),
+        ("strategy.kind", "object_based"),
+        ("support.kind", "walls"),
+        ("support.tilt_deg", -1.0),
+        ("controller.rate", 99),
+        ("controller.solver", "quadprog"),
+        ("sensor.force_noise", -0.1),
+        ("sensor.cutoff", 0),
+        ("sim.timestep", 0.01),
+        ("line.start", [0.1, 0.2]),
+        ("line.start", [0.1, 0.2, 0.3, 0.4]),
+        ("line.displacement", [0.1, 0.2, float("nan")]),
+        ("program", "dance"),
+        ("hand", "gripper"),
+        ("tags", "paper"),
+    ],
+)
+def test_a_value_that_is_not_allowed_is_named(key, value):
+    with pytest.raises(ConfigurationError) as caught:
+        build_scenario({}, {key: value})
+    assert key in str(caught.value)
+    assert "is not allowed: " in str(caught.value)
+
+
+@pytest.mark.parametrize("key", dotted_keys())
+def test_every_key_takes_its_own_default_from_python_and_from_toml(key, tmp_path):
+    value = value_of(Scenario(), key)
+    assert build_scenario({}, {key: value}) == Scenario()
+    if value is not None:
+        text = f"{key} = {list(value) if isinstance(value, tuple) else value}"
+        text = f'{key} = "{value}"' if isinstance(value, str) else text
+        assert build_scenario({}, parse_overrides([text.replace(" = ", "=")])) == Scenario()
+        assert load_scenario(write(tmp_path, text), {"name": "unnamed"}) == Scenario()
+
+
+@pytest.mark.parametrize("key", ["pile.cout", "support.tilt", "strategy.Speed", "controler.rate"])
+def test_a_misspelt_key_is_an_error_with_a_suggestion(key, tmp_path):
+    with pytest.raises(ConfigurationError, match="did you mean"):
+        build_scenario({}, {key: 1})
+    with pytest.raises(ConfigurationError, match=r"mine\.toml: unknown key"):
+        load_scenario(write(tmp_path, f"{key} = 1"))
+
+
+def test_a_key_like_no_other_lists_the_valid_ones_of_its_section():
+    with pytest.raises(ConfigurationError, match=r"valid keys are sensor\.cutoff, sensor\.force_noise") as caught:
+        build_scenario({}, {"sensor.zzzzzz": 1})
+    assert "pile.count" not in str(caught.value)
+
+
+def test_a_section_is_not_a_key():
+    with pytest.raises(ConfigurationError, match="unknown key 'pile'"):
+        build_scenario({}, {"pile": {"count": 3}})
+
+
+def test_a_section_must_be_a_table():
+    with pytest.raises(ConfigurationError, match="'pile' must be a table"):
+        build_scenario({"pile": 3}, {"pile.count": 5})
+    with pytest.raises(ConfigurationError, match="pile = 3 is not allowed: input should be a table"):
+        build_scenario({"pile": 3})
+
+
+def test_every_problem_is_reported_in_one_sentence():
+    with pytest.raises(ConfigurationError) as caught:
+        build_scenario({"pile": {"count": -1, "mas": 1}, "sensor": {"cutoff": 0}}, source="here")
+    text = str(caught.value)
+    assert text.startswith("here: ")
+    assert "\n" not in text
+    assert all(key in text for key in ("pile.count", "'pile.mas'", "sensor.cutoff"))
+
+
+def test_overrides_win_over_the_table_and_leave_it_alone():
+    table = {"pile": {"count": 3, "scale": 2.0}}
+    scenario = build_scenario(table, {"pile.count": 4})
+    assert (scenario.pile.count, scenario.pile.scale) == (4, 2.0)
+    assert table == {"pile": {"count": 3, "scale": 2.0}}
+
+
+def test_numpy_values_are_taken_as_numbers():
+    scenario = build_scenario({}, {"pile.count": np.int64(3), "pile.mass": np.float64(0.1), "line.start": np.ones(3)})
+    assert (scenario.pile.count, scenario.pile.mass, scenario.line.start) == (3, 0.1, (1.0, 1.0, 1.0))
+
+
+def test_a_value_without_a_meaning_is_an_error():
+    with pytest.raises(ConfigurationError, match="no number, text, list or table"):
+        build_scenario({}, {"pile.count": datetime.date(2021, 5, 30)})
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "value"),
+    [
+        ("pile.count=5", "pile.count", 5),
+        (" pile.mass = 0.12 ", "pile.mass", 0.12),
+        ("pile.object=cube", "pile.object", "cube"),
+        ('pile.object="cube"', "pile.object", "cube"),
+        ("line.start=[0.5, 0, 0.3]", "line.start", [0.5, 0, 0.3]),
+        ("controller.gains=a=b.toml", "controller.gains", "a=b.toml"),
+    ],
+)
+def test_a_setting_is_read_as_toml_or_as_text(text, key, value):
+    assert parse_overrides([text]) == {key: value}
+
+
+def test_the_last_setting_wins():
+    assert parse_overrides(["pile.count=5", "pile.count=6"]) == {"pile.count": 6}
+
+
+@pytest.mark.parametrize("text", ["pile.count", "=5", "", " = 5"])
+def test_a_setting_without_key_or_value_is_an_error(text):
+    with pytest.raises(ConfigurationError, match="key=value"):
+        parse_overrides([text])
+
+
+def test_the_hash_is_16_hex_digits():
+    assert re.fullmatch("[0-9a-f]{16}", Scenario().config_hash())
+
+
+def test_the_hash_ignores_what_does_not_enter_the_physics():
+    scenario = Scenario(name="a", summary="b", tags=("c",))
+    assert scenario.config_hash() == Scenario().config_hash()
+
+
+def test_the_hash_does_not_depend_on_how_a_number_is_written():
+    whole, real = build_scenario({}, {"strategy.alpha_deg": 30}), build_scenario({}, {"strategy.alpha_deg": 30.0})
+    assert whole.config_hash() == real.config_hash() != Scenario().config_hash()
+
+
+CHANGED = {"pile.object": "cube", "support.kind": "none", "program": "push", "hand": "shovel", "robot": "panda"}
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        *CHANGED.items(),
+        ("pile.count", 17),
+        ("pile.mass", 0.06),
+        ("strategy.speed", 0.11),
+        ("controller.solver", "osqp"),
+        ("controller.kind", "impedance"),
+        ("sensor.cutoff", 9.0),
+        ("sim.contact_rule", "product"),
+        ("line.start", [0.0, 0.0, 0.0]),
+    ],
+)
+def test_the_hash_depends_on_what_enters_the_physics(key, value):
+    assert build_scenario({}, {key: value}).config_hash() != Scenario().config_hash()
+
+
+def test_the_hash_follows_the_content_of_the_gains_wherever_they_lie(tmp_path):
+    hashes = []
+    for folder, text in (("a", "x = 1"), ("b", "x = 1"), ("c", "x = 2")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "gains.toml").write_text(text, encoding="utf-8")
+        scenario = load_scenario(write(tmp_path / folder, 'controller.gains = "gains.toml"'))
+        assert scenario.controller.gains == str(tmp_path / folder / "gains.toml")
+        hashes.append(scenario.config_hash())
+    assert hashes[0] == hashes[1] != hashes[2]
+
+
+def test_missing_gains_are_named():
+    with pytest.raises(ConfigurationError, match=r"nowhere\.toml: no such file"):
+        build_scenario({}, {"controller.gains": "nowhere.toml"}).config_hash()
+
+
+def test_a_scenario_is_frozen():
+    with pytest.raises(ValueError, match="frozen"):
+        Scenario().pile.count = 3
+
+
+def test_a_file_without_a_name_is_called_after_itself(tmp_path):
+    assert load_scenario(write(tmp_path, "")).name == "mine"
+    assert load_scenario(write(tmp_path, 'name = "yours"')).name == "yours"
+    assert load_scenario(str(write(tmp_path, ""))).name == "mine"
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"pile = ", "is not valid TOML"),
+        (b"name = '\xff'", "is not valid TOML"),
+        (b"a = 1\na = 2", "is not valid TOML"),
+    ],
+)
+def test_a_file_that_is_not_toml_is_named(tmp_path, content, message):
+    path = tmp_path / "mine.toml"
+    path.write_bytes(content)
+    with pytest.raises(ConfigurationError, match=rf"mine\.toml: {message}"):
+        load_scenario(path)
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path):
+    with pytest.raises(ConfigurationError, match=r"nothing\.toml: no such file"):
+        load_scenario("nothing.toml")
+    with pytest.raises(ConfigurationError, match="cannot be read"):
+        load_scenario(tmp_path)
+
+
+def test_an_unknown_name_is_an_error_with_a_suggestion():
+    with pytest.raises(ConfigurationError, match="did you mean 'spheres_wall'"):
+        find("spheres_walls")
+    with pytest.raises(ConfigurationError, match=r"choose from cubes_wall, .*, spheres_wall"):
+        find("zzz")
+    with pytest.raises(ConfigurationError, match="no scenario is called ''"):
+        find("")

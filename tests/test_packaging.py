@@ -1,0 +1,94 @@
+"""What is installed: one name in site-packages, with the linked folders and their data inside it."""
+
+import shutil
+import subprocess
+import sys
+import tarfile
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from pilegrasp_ctrl.doctor import PACKAGES
+
+ROOT = Path(__file__).parents[1]
+LINKED = ("robots", "scenarios", "viewer")
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory) -> Path:
+    """An sdist, and a wheel built from that sdist, of a copy of the tree."""
+    folder = tmp_path_factory.mktemp("build")
+    kept = ["pyproject.toml", "README.md", "LICENSE", "pilegrasp_ctrl", *LINKED]
+    for name in kept:
+        if (ROOT / name).is_dir():
+            ignore = shutil.ignore_patterns("__pycache__", "*.egg-info")
+            shutil.copytree(ROOT / name, folder / name, symlinks=True, ignore=ignore)
+        else:
+            shutil.copy(ROOT / name, folder / name)
+    command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", "dist", "."]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder / "dist"
+
+
+@pytest.fixture(scope="module")
+def wheel(built) -> set[str]:
+    (path,) = built.glob("*.whl")
+    with zipfile.ZipFile(path) as archive:
+        return set(archive.namelist())
+
+
+def test_the_wheel_installs_one_name(wheel):
+    top = {name.partition("/")[0] for name in wheel}
+    assert {name for name in top if not name.endswith(".dist-info")} == {"pilegrasp_ctrl"}
+    assert len(top) == 2
+
+
+@pytest.mark.parametrize("folder", LINKED)
+def test_the_wheel_holds_every_file_of_a_linked_folder(wheel, folder):
+    assert (ROOT / "pilegrasp_ctrl" / folder).resolve() == ROOT / folder
+    files = {path.relative_to(ROOT) for path in (ROOT / folder).rglob("*") if path.is_file()}
+    expected = {f"pilegrasp_ctrl/{path}" for path in files if "__pycache__" not in path.parts}
+    assert expected
+    assert expected - wheel == set()
+
+
+def test_the_wheel_holds_every_module_and_no_test(wheel):
+    modules = {str(path.relative_to(ROOT)) for path in (ROOT / "pilegrasp_ctrl").rglob("*.py")}
+    assert modules - wheel == set()
+    assert "pilegrasp_ctrl/py.typed" in wheel
+    assert not [name for name in wheel if "test" in name]
+
+
+def test_the_sdist_holds_the_linked_folders_as_folders(built):
+    (path,) = built.glob("*.tar.gz")
+    with tarfile.open(path) as archive:
+        members = {member.name.partition("/")[2]: member for member in archive.getmembers()}
+    for file in ("robots/wam7/wam7.urdf", "scenarios/spheres_wall.toml", "viewer/__init__.py"):
+        assert members[f"pilegrasp_ctrl/{file}"].isreg()
+    assert not [name for name, member in members.items() if member.issym()]
+
+
+def test_an_installed_wheel_works_on_its_own(built, tmp_path):
+    (path,) = built.glob("*.whl")
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(tmp_path)
+    code = "import pilegrasp_ctrl as pg; from pilegrasp_ctrl.cli import main; print(pg.__file__); main(['list'])"
+    command = [sys.executable, "-c", code]
+    answer = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    assert answer.startswith(str(tmp_path))
+    assert "spheres_wall" in answer
+
+
+def test_the_doctor_knows_every_dependency():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert [text.partition(">=")[0] for text in project["dependencies"]] == list(PACKAGES)
+
+
+def test_every_dependency_is_locked():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    locked = dict(line.split("==") for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").split())
+    wanted = project["dependencies"] + project["optional-dependencies"]["dev"]
+    assert {text.partition(">=")[0] for text in wanted} - locked.keys() == set()

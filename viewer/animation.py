@@ -1,0 +1,136 @@
+"""Motion as few keys: tracks for three.js's animation mixer, thinned so that no pose is off by more than a bound."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import umsgpack
+from numpy.typing import NDArray
+
+POSITION_TOLERANCE = 2e-4
+ROTATION_TOLERANCE = np.deg2rad(0.5)
+
+# meshcat's decoder turns this MessagePack extension into a Float32Array (meshcat.geometry.threejs_type).
+_FLOAT32 = 0x17
+
+Array = NDArray[np.float32]
+
+
+def packed(array: NDArray[Any]) -> umsgpack.Ext:
+    """Return the array as the little-endian float32 block that meshcat's viewer decodes."""
+    return umsgpack.Ext(_FLOAT32, np.ascontiguousarray(array, dtype="<f4").tobytes())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """Keys of one property of a scene node: `times` (K,) [s], `values` (K, n); three.js interpolates between them."""
+
+    property: str
+    kind: str
+    times: Array
+    values: Array
+
+    def lower(self) -> dict[str, Any]:
+        """Return the track as `THREE.AnimationClip.parse` reads it."""
+        return {
+            "name": f".{self.property}",
+            "type": self.kind,
+            "times": packed(self.times),
+            "values": packed(self.values),
+        }
+
+
+def clip(path: str, tracks: list[Track], duration: float) -> dict[str, Any]:
+    """Return one entry of a `set_animation` command; every clip lasts `duration` [s], so all end together."""
+    return {
+        "path": path,
+        "clip": {"name": "default", "fps": 1, "duration": duration, "tracks": [track.lower() for track in tracks]},
+    }
+
+
+def slerp(start: NDArray[Any], end: NDArray[Any], fraction: NDArray[Any]) -> NDArray[np.float64]:
+    """Return quaternions (N, 4) between two unit quaternions (4,) the short way round, as three.js interpolates."""
+    cosine = float(start @ end)
+    end, cosine = (end, cosine) if cosine >= 0.0 else (-end, -cosine)
+    angle = np.arctan2(np.linalg.norm(end - cosine * start), cosine)
+    fraction = fraction[:, None]
+    if angle < 1e-6:
+        mixed = (1.0 - fraction) * start + fraction * end
+    else:
+        mixed = np.sin((1.0 - fraction) * angle) * start + np.sin(fraction * angle) * end
+    return mixed / np.linalg.norm(mixed, axis=1, keepdims=True)
+
+
+def angle_between(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.float64]:
+    """Return the angles [rad] between unit quaternions (..., 4); exact near zero, where an arc cosine is not."""
+    chord = np.minimum(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
+    return 4.0 * np.arcsin(np.minimum(chord / 2.0, 1.0))
+
+
+def _thin(count: int, error: Callable[[int, int], NDArray[np.float64]], tolerance: float) -> NDArray[np.intp]:
+    """Ramer-Douglas-Peucker: split where the interpolation errs most, until every segment holds the tolerance."""
+    kept = {0, count - 1}
+    segments = [(0, count - 1)]
+    while segments:
+        first, last = segments.pop()
+        if last - first < 2:
+            continue
+        errors = error(first, last)
+        worst = int(np.argmax(errors))
+        if errors[worst] > tolerance:
+            middle = first + 1 + worst
+            kept.add(middle)
+            segments += [(first, middle), (middle, last)]
+    return np.array(sorted(kept))
+
+
+def vector_track(name: str, times: Array, values: Array, tolerance: float) -> Track | None:
+    """Return a thinned track of vectors (F, 3), or None where they never leave the first by more than the tolerance.
+
+    At every time of `times` the linear interpolation is within `tolerance` (Euclidean) of the value.
+    """
+    t, x = times.astype(np.float64), values.astype(np.float64)
+    if np.linalg.norm(x - x[0], axis=1).max() <= tolerance:
+        return None
+
+    def error(first: int, last: int) -> NDArray[np.float64]:
+        fraction = (t[first + 1 : last] - t[first]) / (t[last] - t[first])
+        return np.linalg.norm(x[first] + fraction[:, None] * (x[last] - x[first]) - x[first + 1 : last], axis=1)
+
+    kept = _thin(len(t), error, tolerance)
+    return Track(name, "vector3", times[kept], values[kept])
+
+
+def rotation_track(times: Array, quaternions: Array, tolerance: float) -> Track | None:
+    """Return a thinned track of wxyz quaternions (F, 4), or None where they stay within `tolerance` [rad] of the first.
+
+    The track's values are in three.js's order, xyzw.
+    """
+    t, q = times.astype(np.float64), quaternions.astype(np.float64)
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
+    if angle_between(q, q[0]).max() <= tolerance:
+        return None
+
+    def error(first: int, last: int) -> NDArray[np.float64]:
+        fraction = (t[first + 1 : last] - t[first]) / (t[last] - t[first])
+        return angle_between(slerp(q[first], q[last], fraction), q[first + 1 : last])
+
+    kept = _thin(len(t), error, tolerance)
+    return Track("quaternion", "quaternion", times[kept], quaternions[kept][:, [1, 2, 3, 0]])
+
+
+def pose_tracks(times: Array, position: Array, quaternion: Array, reach: float) -> list[Track]:
+    """Return the tracks of a body's motion, none for a body at rest.
+
+    `reach` [m] is how far the body's shapes extend from its frame: a long link gets a tighter angle than 0.5°, so that
+    its far end stays within twice the position tolerance of where it was.
+    """
+    angle = min(ROTATION_TOLERANCE, 2.0 * POSITION_TOLERANCE / max(reach, 1e-9))
+    tracks = (
+        vector_track("position", times, position, POSITION_TOLERANCE),
+        rotation_track(times, quaternion, angle),
+    )
+    return [track for track in tracks if track is not None]

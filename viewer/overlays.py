@@ -1,0 +1,138 @@
+"""What no camera sees: the force on the hand as an arrow, and the way of the tool as a line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.viewer.animation import Track, packed, pose_tracks, vector_track
+from pilegrasp_ctrl.viewer.shapes import column_major, group, material
+
+METERS_PER_NEWTON = 0.01
+ARROW_COLOR = 0xD62728
+PATH_COLOR = 0x1F77B4
+
+_SHAFT_RADIUS = 0.006
+_HEAD_LENGTH = 0.04
+_LONGEST = 0.6
+_HIDDEN = 1e-4
+
+
+def at_frames(recording: Recording, name: str, width: int) -> NDArray[np.float64] | None:
+    """Return the first `width` columns of a signal at the frames' times (F, width), or None where it is absent."""
+    signal = recording.signals.get(name)
+    if signal is None or signal.ndim != 2 or signal.shape[1] < width or not signal.size:
+        return None
+    columns = [np.interp(recording.frame_time, recording.signal_time, signal[:, k]) for k in range(width)]
+    return np.stack(columns, axis=1)
+
+
+def direction_quaternions(vectors: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return wxyz quaternions (F, 4) that turn +z into the vectors (F, 3); short vectors keep the direction before."""
+    length = np.linalg.norm(vectors, axis=1)
+    direction = np.where(length[:, None] > 0.2, vectors / np.maximum(length, 1e-9)[:, None], np.nan)
+    last = np.array([0.0, 0.0, 1.0])
+    for row in direction:
+        if np.isnan(row[0]):
+            row[:] = last
+        last = row
+    x, y, z = direction.T
+    # Half-way quaternion between +z and the direction; straight down is a half turn about x.
+    quaternion = np.stack([1.0 + z, -y, x, np.zeros_like(z)], axis=1)
+    quaternion[z < -0.9999] = (0.0, 1.0, 0.0, 0.0)
+    return (quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)).astype(np.float32)
+
+
+def _arrow_parts() -> tuple[dict[str, Any], dict[str, Any]]:
+    # Drawn over everything, as the hand would hide it.
+    look = material("m0", ARROW_COLOR, type="MeshBasicMaterial", depthTest=False, transparent=True, opacity=0.9)
+    upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+
+    def part(geometry: dict[str, Any], height: float) -> dict[str, Any]:
+        mesh = {
+            "type": "Mesh",
+            "geometry": "g0",
+            "material": "m0",
+            "matrix": column_major((0.0, 0.0, height), upright),
+            "renderOrder": 10,
+        }
+        return group([mesh], [geometry | {"uuid": "g0"}], [look])
+
+    shaft = {"type": "CylinderGeometry", "radiusTop": 1.0, "radiusBottom": 1.0, "height": 1.0, "radialSegments": 12}
+    head = {"type": "ConeGeometry", "radius": 0.4, "height": 1.0, "radialSegments": 20}
+    return part(shaft, 0.5), part(head, 0.5)
+
+
+def force_arrow(
+    recording: Recording, times: NDArray[np.float32]
+) -> tuple[list[dict[str, Any]], dict[str, list[Track]]]:
+    """Return commands and tracks of an arrow at the tool that shows the force on the hand; nothing without a wrench.
+
+    The arrow starts at the tool and points where the environment pushes the hand, 1 cm for a newton.
+    """
+    force, tool = at_frames(recording, "wrench", 3), at_frames(recording, "tool_position", 3)
+    if force is None or tool is None:
+        return [], {}
+    length = np.clip(np.linalg.norm(force, axis=1) * METERS_PER_NEWTON, _HIDDEN, _LONGEST)
+    head = np.minimum(_HEAD_LENGTH, length / 2)
+    width = np.minimum(_SHAFT_RADIUS, length / 6)
+    shaft = np.stack([width, width, length - head], axis=1).astype(np.float32)
+    place = np.stack([np.zeros_like(head), np.zeros_like(head), length - head], axis=1).astype(np.float32)
+    size = np.repeat(head[:, None], 3, axis=1).astype(np.float32)
+
+    root = "/Overlays/force"
+    parts = _arrow_parts()
+    objects = [
+        {"type": "set_object", "path": f"{root}/{name}", "object": part}
+        for name, part in zip(("shaft", "head"), parts, strict=True)
+    ]
+    starts = [
+        {"type": "set_property", "path": path, "property": name, "value": [float(x) for x in value]}
+        for path, name, value in (
+            (root, "position", tool[0]),
+            (root, "quaternion", direction_quaternions(force)[0][[1, 2, 3, 0]]),
+            (f"{root}/shaft", "scale", shaft[0]),
+            (f"{root}/head", "scale", size[0]),
+            (f"{root}/head", "position", place[0]),
+        )
+    ]
+    millimeter = 1e-3
+    tracks = {
+        root: pose_tracks(times, tool.astype(np.float32), direction_quaternions(force), reach=0.02),
+        f"{root}/shaft": [vector_track("scale", times, shaft, millimeter)],
+        f"{root}/head": [
+            vector_track("position", times, place, millimeter),
+            vector_track("scale", times, size, millimeter),
+        ],
+    }
+    return objects + starts, {path: [t for t in some if t is not None] for path, some in tracks.items()}
+
+
+def tool_line(recording: Recording) -> list[dict[str, Any]]:
+    """Return the command that draws the tool's way; nothing where the recording lacks it."""
+    tool = at_frames(recording, "tool_position", 3)
+    if tool is None:
+        return []
+    track = vector_track("position", recording.frame_time.astype(np.float32), tool.astype(np.float32), 5e-4)
+    if track is None:
+        return []
+    geometry = {
+        "uuid": "g0",
+        "type": "BufferGeometry",
+        "data": {
+            "attributes": {
+                "position": {
+                    "itemSize": 3,
+                    "type": "Float32Array",
+                    "array": packed(track.values),
+                    "normalized": False,
+                }
+            }
+        },
+    }
+    look = {"uuid": "m0", "type": "LineBasicMaterial", "color": PATH_COLOR}
+    line = {"type": "Line", "geometry": "g0", "material": "m0"}
+    return [{"type": "set_object", "path": "/Overlays/tool path", "object": group([line], [geometry], [look])}]

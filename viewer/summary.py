@@ -1,0 +1,137 @@
+"""What a recording's meta says, read without trusting it: a page must show a recording that lacks or garbles a key."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Phase:
+    """One primitive as it ran, from `start` to `end` [s]; `travel` [m] and `peak_force` [N] may be unknown."""
+
+    name: str
+    failed: bool
+    trigger: str
+    start: float
+    end: float
+    travel: float | None
+    peak_force: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """The facts of the page's head; `facts` are (label, text) pairs in reading order."""
+
+    scenario: str
+    seed: str
+    success: bool | None
+    verdict: str
+    reason: str
+    grasp_force: float | None
+    phases: tuple[Phase, ...]
+    facts: tuple[tuple[str, str], ...]
+    versions: tuple[tuple[str, str], ...]
+
+
+def number(value: Any) -> float | None:
+    """Return a finite float, or None where `value` is something else."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        result = float(value)
+    except OverflowError:
+        return None
+    return result if math.isfinite(result) else None
+
+
+def text(value: Any, limit: int = 300) -> str:
+    """Return a short plain text; None is empty."""
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return f"{value:g}"
+    words = str(value)
+    return words if len(words) <= limit else words[: limit - 1] + "…"
+
+
+def lookup(table: Any, dotted: str) -> Any:
+    """Return the entry of a nested table, or None where a level is missing."""
+    for key in dotted.split("."):
+        table = table.get(key) if isinstance(table, Mapping) else None
+    return table
+
+
+def phases(outcomes: Any) -> tuple[Phase, ...]:
+    """Return the primitives that can be drawn; rows without a name, a start or an end are left out."""
+    rows = []
+    for row in outcomes if isinstance(outcomes, list) else []:
+        start, end = number(lookup(row, "start")), number(lookup(row, "end"))
+        name = text(lookup(row, "name"), 40)
+        if name and start is not None and end is not None and end >= start:
+            rows.append(
+                Phase(
+                    name=name,
+                    failed=lookup(row, "status") == "failed",
+                    trigger=text(lookup(row, "trigger"), 120),
+                    start=start,
+                    end=end,
+                    travel=number(lookup(row, "travel")),
+                    peak_force=number(lookup(row, "peak_force")),
+                )
+            )
+    return tuple(rows)
+
+
+def _verdict(success: bool | None, grasped: float | None) -> str:
+    word = {True: "Success", False: "Failed", None: "Recorded"}[success]
+    if not grasped or grasped < 1:
+        return word
+    return f"{word}: {int(grasped)} object{'s' if grasped > 1 else ''} held"
+
+
+_FACTS = (
+    ("hand", "hand", ""),
+    ("object", "pile.object", ""),
+    ("count", "pile.count", ""),
+    ("support", "support.kind", ""),
+    ("tilt", "support.tilt_deg", "°"),
+    ("alpha", "strategy.alpha_deg", "°"),
+    ("beta", "strategy.beta_deg", "°"),
+    ("theta", "strategy.theta_deg", "°"),
+    ("speed", "strategy.speed", " m/s"),
+    ("F_grasp", "strategy.grasp_force", " N"),
+    ("controller", "controller.kind", ""),
+    ("solver", "controller.solver", ""),
+)
+
+
+def summarize(meta: Mapping[str, Any]) -> Summary:
+    """Read the head of a page from a recording's meta; missing keys leave gaps and raise nothing."""
+    config = meta.get("config")
+    success = meta.get("success")
+    success = success if isinstance(success, bool) else None
+    facts = []
+    for label, key, unit in _FACTS:
+        value = lookup(config, key)
+        value = meta.get(key) if value is None else value
+        if isinstance(value, str | int | float) and value != "" and not (unit == "°" and value == 0):
+            facts.append((label, text(value, 60) + unit))
+    versions = meta.get("versions")
+    grasp_force = number(meta.get("grasp_force"))
+    return Summary(
+        scenario=text(meta.get("scenario"), 80) or "recording",
+        seed=text(meta.get("seed"), 30),
+        success=success,
+        verdict=_verdict(success, number(meta.get("grasped"))),
+        reason=text(meta.get("reason")),
+        grasp_force=number(lookup(config, "strategy.grasp_force")) if grasp_force is None else grasp_force,
+        phases=phases(meta.get("outcomes")),
+        facts=tuple(facts),
+        versions=tuple(
+            (text(name, 40), text(version, 40))
+            for name, version in (versions.items() if isinstance(versions, Mapping) else ())
+        ),
+    )
