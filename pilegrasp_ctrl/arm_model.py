@@ -15,6 +15,15 @@ from .arm_state import ArmState
 from .exceptions import ModelError
 from .types import Array, MassProperties, Pose
 
+_JOINT_KEYS = {
+    "q_lower": "position_lower",
+    "q_upper": "position_upper",
+    "velocity_limit": "velocity",
+    "torque_limit": "torque_peak",
+    "armature": "armature",
+    "friction_coulomb": "friction_coulomb",
+    "friction_viscous": "friction_viscous",
+}
 _WORLD_ALIGNED = pin.LOCAL_WORLD_ALIGNED
 
 
@@ -67,7 +76,7 @@ class ArmModel:
         """
         if model.nq != model.nv:
             odd = [model.names[i] for i in range(1, model.njoints) if model.joints[i].nq != model.joints[i].nv]
-            raise ModelError(f"{name}: joint {odd[0]!r} has no single coordinate; lock it or declare it revolute with limits")
+            raise ModelError(f"{name}: joint {odd[0]!r} is not a revolute or prismatic one; lock it or give it limits")
         if not model.existFrame(tool_frame):
             known = ", ".join(frame.name for frame in model.frames[-8:])
             raise ModelError(f"{name}: no frame {tool_frame!r} for the tool; the last ones of the model are {known}")
@@ -106,26 +115,25 @@ class ArmModel:
         Raises:
             ModelError: where there is no such arm, or its files disagree.
         """
-        from .robots import description, path  # noqa: PLC0415
+        from .robots import description, path
 
         table = description(name)
-        robot, joints = table["robot"], table["joints"]
+        try:
+            robot, joints = table["robot"], table["joints"]
+            urdf, flange, names = path(name, robot["urdf"]), robot["flange_frame"], tuple(joints["names"])
+            numbers = {argument: joints[key] for argument, key in _JOINT_KEYS.items()}
+        except KeyError as error:
+            raise ModelError(f"{name}: its robot.toml has no key {error}, so it is not an arm to load") from None
         arm = cls.from_urdf(
-            path(name, robot["urdf"]),
-            tool_frame=robot["flange_frame"],
+            urdf,
+            tool_frame=flange,
             transform_tool_to_frame=tool_frame,
             tool=tool,
             base=base,
             name=name,
-            q_lower=joints["position_lower"],
-            q_upper=joints["position_upper"],
-            velocity_limit=joints["velocity"],
-            torque_limit=joints["torque_peak"],
-            armature=joints["armature"],
-            friction_coulomb=joints["friction_coulomb"],
-            friction_viscous=joints["friction_viscous"],
+            **numbers,
         )
-        if arm.joint_names != tuple(joints["names"]):
+        if arm.joint_names != names:
             raise ModelError(f"{name}: the joints of the URDF, {arm.joint_names}, are not those of robot.toml")
         return arm
 
@@ -224,13 +232,16 @@ class ArmModel:
         Raises:
             ModelError: where a shape is wrong or a value is not finite.
         """
-        q = np.array(q, dtype=np.float64)
-        v = np.array(v, dtype=np.float64)
-        if q.shape != (self.nv,) or v.shape != (self.nv,):
-            raise ModelError(f"{self.name}: q {q.shape} and v {v.shape} must both have the shape ({self.nv},)")
-        # One product is cheaper than two calls of isfinite(), and is not finite where an entry is not.
-        if not isfinite(q.dot(q) + v.dot(v)):
-            raise ModelError(f"{self.name}: q or v holds a value that is not finite: {q.tolist()}, {v.tolist()}")
+        nv = self.nv
+        if np.shape(q) != (nv,) or np.shape(v) != (nv,):
+            raise ModelError(f"{self.name}: q {np.shape(q)} and v {np.shape(v)} must both have the shape ({nv},)")
+        x = np.empty(2 * nv)
+        x[:nv] = q
+        x[nv:] = v
+        # One product is cheaper than isfinite(), and is not finite where an entry is not.
+        if not isfinite(x.dot(x)):
+            raise ModelError(f"{self.name}: q or v holds a value that is not finite: {x.tolist()}")
+        q, v = x[:nv], x[nv:]
         model, data, frame = self._model, self._data, self._frame
         pin.computeJointJacobians(model, data, q)
         M = pin.crba(model, data, q)
@@ -239,12 +250,13 @@ class ArmModel:
         placement = pin.updateFramePlacement(model, data, frame)
         J = pin.getFrameJacobian(model, data, frame, _WORLD_ALIGNED)
         Jdot_v = pin.getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED).vector
-        return ArmState(q, v, M, h, J, Jdot_v, placement.translation.copy(), placement.rotation.copy(), J.dot(v))
+        return ArmState(x, q, v, M, h, J, Jdot_v, placement.translation.copy(), placement.rotation.copy(), J.dot(v))
 
     def _limit(self, value: ArrayLike | None, default: Array, what: str) -> Array:
         array = np.array(default if value is None else value, dtype=np.float64)
         if array.shape != (self.nv,) or np.isnan(array).any():
-            raise ModelError(f"{self.name}: {what} must be {self.nv} numbers, one for each of {', '.join(self.joint_names)}")
+            joints = ", ".join(self.joint_names)
+            raise ModelError(f"{self.name}: {what} must be {self.nv} numbers, one for each of {joints}")
         array.setflags(write=False)
         return array
 
@@ -285,5 +297,3 @@ def _place_base(model: pin.Model, base: Pose) -> None:
     for frame in model.frames[1:]:
         if frame.parentJoint == 0:
             frame.placement = transform * frame.placement
-
-

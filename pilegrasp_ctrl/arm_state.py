@@ -14,8 +14,9 @@ class ArmState(NamedTuple):
     belong to this state alone; the next update does not touch them.
 
     Attributes:
-        q: (nv,) joint positions [rad].
-        v: (nv,) joint velocities [rad/s].
+        x: (2 nv,) q and v in one vector.
+        q: (nv,) joint positions [rad], a view of x.
+        v: (nv,) joint velocities [rad/s], a view of x.
         M: (nv, nv) joint-space inertia, the drives' reflected inertia included [kg·m²].
         h: (nv,) Coriolis, centrifugal and gravity torques [N·m], so that M a + h is the torque of acceleration a.
         J: (6, nv) tool Jacobian.
@@ -25,6 +26,7 @@ class ArmState(NamedTuple):
         twist: (6,) velocity of the tool, J v [m/s, rad/s].
     """
 
+    x: Array
     q: Array
     v: Array
     M: Array

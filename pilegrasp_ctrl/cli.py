@@ -203,12 +203,13 @@ def _print_result(result: EpisodeResult, written: list[Path]) -> None:
     facts = result.as_dict()
     console = Console()
     verdict = "[green]success[/]" if facts["success"] else f"[red]no success[/]: {escape(facts['reason'])}"
-    console.print(f"{escape(facts['scenario'])}, seed {facts['seed']}: {verdict}; objects held: {facts['grasped']}")
+    held = f"; objects held: {facts['grasped']}" if facts["grasped"] else ""
+    console.print(f"{escape(facts['scenario'])}, seed {facts['seed']}: {verdict}{held}", soft_wrap=True)
     table = Table(box=None, pad_edge=False)
     table.add_column("primitive")
     table.add_column("ended by")
     for column in ("from [s]", "to [s]", "travel [m]", "peak force [N]"):
-        table.add_column(column, justify="right")
+        table.add_column(escape(column), justify="right")
     for outcome in facts["outcomes"]:
         table.add_row(
             escape(outcome["name"]),

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 Progress = Callable[[float, str], None]
 PROGRESS_PERIOD = 0.1
+STAND_STILL = 0.5
 TIME_LIMIT = 60.0
 """No attempt takes longer than this [s]."""
 
@@ -126,6 +127,7 @@ class _Loop:
         attempt = self._attempt
         outcomes: list[Outcome] = []
         start = time.perf_counter()
+        self._stand_still()
         for primitive in attempt.plan.primitives:
             outcomes.append(self._carry_out(primitive))
             if outcomes[-1].status == "failed":
@@ -145,6 +147,16 @@ class _Loop:
             tick_times=np.array(self._ticks),
         )
         return replace(result, recording=self._recorder.finish(_meta(attempt, result))) if self._recorder else result
+
+    def _stand_still(self) -> None:
+        """Hold the start pose until fingers, friction and the sensor's filter have come to rest."""
+        attempt, simulation = self._attempt, self._attempt.simulation
+        simulation.apply(attempt.arm.update(simulation.observe().q, np.zeros(attempt.arm.nv)).h, self._target.closure)
+        for _ in range(round(STAND_STILL / attempt.period)):
+            simulation.step()
+            observation = simulation.observe()
+            output = attempt.control(observation, self._target, attempt.arm.update(observation.q, observation.v))
+            simulation.apply(output.command.torque, self._target.closure)
 
     def _carry_out(self, primitive: Primitive) -> Outcome:
         attempt, simulation, arm = self._attempt, self._attempt.simulation, self._attempt.arm

@@ -24,6 +24,7 @@ SIZE_LENGTH = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 
 
 # An archive may claim any size; a real recording of ten minutes stays far below this.
 _MAX_BYTES = 1 << 30
+_LAST_TIME = 1e7
 _SIGNAL_PREFIX = "signal/"
 
 
@@ -60,6 +61,8 @@ def _times(value: ArrayLike, name: str) -> NDArray[np.float64]:
     times = _frozen(value, np.float64, name)
     if times.ndim != 1 or (np.diff(times) <= 0.0).any():
         raise RecordingError(f"{name} is not a list of strictly increasing times")
+    if times.size and np.abs(times).max() > _LAST_TIME:
+        raise RecordingError(f"{name} holds a time beyond {_LAST_TIME:g} s")
     return times
 
 
@@ -236,20 +239,21 @@ class Recording:
         Raises:
             RecordingError: where the place cannot be written; no half-written file is left.
         """
-        header = {
+        header: dict[str, Any] = {
             "format": FORMAT,
             "version": VERSION,
             "meta": self.meta,
             "bodies": [asdict(body) for body in self.bodies],
+            "signals": sorted(self.signals),
         }
         arrays: dict[str, Any] = {
-            "header": np.array(json.dumps(header, sort_keys=True, allow_nan=False)),
+            "header": np.array(json.dumps(header, allow_nan=False)),
             "frame_time": self.frame_time,
             "body_position": self.body_position,
             "body_quaternion": self.body_quaternion,
             "signal_time": self.signal_time,
         }
-        arrays |= {_SIGNAL_PREFIX + name: self.signals[name] for name in sorted(self.signals)}
+        arrays |= {_SIGNAL_PREFIX + name: self.signals[name] for name in header["signals"]}
         buffer = io.BytesIO()
         np.savez_compressed(buffer, **arrays)
         try:
@@ -283,16 +287,15 @@ class Recording:
             raise RecordingError(f"it does not carry the name {FORMAT!r}")
         if header.get("version") != VERSION:
             raise RecordingError(f"it has version {header.get('version')!r}; this program reads version {VERSION}")
-        missing = {"frame_time", "body_position", "body_quaternion", "signal_time"} - arrays.keys()
+        # A damaged directory loses entries without a word, so the header names the signals too.
+        signals = {name: _SIGNAL_PREFIX + name for name in header["signals"]}
+        missing = {"frame_time", "body_position", "body_quaternion", "signal_time", *signals.values()} - arrays.keys()
         if missing:
             raise RecordingError(f"the entry {min(missing)!r} is missing")
         bodies = tuple(
             Body(body["name"], body["role"], tuple(Shape(**shape) for shape in body["shapes"]))
             for body in header["bodies"]
         )
-        signals = {
-            name.removeprefix(_SIGNAL_PREFIX): a for name, a in arrays.items() if name.startswith(_SIGNAL_PREFIX)
-        }
         return cls(
             meta=header["meta"],
             bodies=bodies,
@@ -300,7 +303,7 @@ class Recording:
             body_position=arrays["body_position"],
             body_quaternion=arrays["body_quaternion"],
             signal_time=arrays["signal_time"],
-            signals=signals,
+            signals={name: arrays[entry] for name, entry in signals.items()},
         )
 
 

@@ -18,8 +18,9 @@ def main() -> None:
     for outcome in facts["outcomes"]:
         print(f"{outcome['name']:10} {outcome['status']}: {outcome['trigger']}")
     print("success" if facts["success"] else f"no success: {facts['reason']}", f"({facts['grasped']} objects held)")
-    result.recording.save(folder / "grasp_wall.npz")
-    write_html(result.recording, folder / "grasp_wall.html")
+    if result.recording is not None:
+        result.recording.save(folder / "grasp_wall.npz")
+        write_html(result.recording, folder / "grasp_wall.html")
 
 
 if __name__ == "__main__":

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import base64
 import contextlib
+import fcntl
 import json
 import os
 import select
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -31,6 +33,11 @@ FLAGS = (
     "--remote-debugging-pipe",
 )
 
+# Chromium reads commands on descriptor 3 and answers on 4.
+LAUNCH = (
+    "import os, sys; [os.dup2(int(n), k) for n, k in zip(sys.argv[1:], (3, 4))]; os.execv(sys.argv[3], sys.argv[3:])"
+)
+
 
 def find_chromium() -> str | None:
     """Return the browser named by PILEGRASP_CHROMIUM or the first of the usual names on the path."""
@@ -40,26 +47,34 @@ def find_chromium() -> str | None:
 class Browser:
     """One browser process and one tab, offline from the first moment."""
 
-    def __init__(self, executable: str, timeout: float = 60.0) -> None:
+    def __init__(self, executable: str, *flags: str, timeout: float = 60.0) -> None:
         self.timeout = timeout
         self.events: list[dict[str, Any]] = []
         self._profile = tempfile.TemporaryDirectory(prefix="chromium-", ignore_cleanup_errors=True)
         to_browser, self._out = os.pipe()
         self._in, from_browser = os.pipe()
-        # Chromium reads commands on descriptor 3 and answers on 4.
+        command = [executable, *FLAGS, *flags, f"--user-data-dir={self._profile.name}", "about:blank"]
+        # Clear of 3 and 4, so that moving one end there cannot close the other.
+        ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (to_browser, from_browser)]
         self._process = subprocess.Popen(
-            ["/bin/sh", "-c", f'exec "$@" 3<&{to_browser} 4>&{from_browser}', "sh"]
-            + [executable, *FLAGS, f"--user-data-dir={self._profile.name}", "about:blank"],
-            pass_fds=(to_browser, from_browser),
+            [sys.executable, "-I", "-S", "-c", LAUNCH, *map(str, ends), *command],
+            pass_fds=ends,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
-        os.close(to_browser)
-        os.close(from_browser)
+        for end in (to_browser, from_browser, *ends):
+            os.close(end)
         self._buffer = b""
         self._count = 0
         self._session: str | None = None
+        try:
+            self._attach()
+        except BaseException:
+            self.__exit__()
+            raise
+
+    def _attach(self) -> None:
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
@@ -120,14 +135,22 @@ class Browser:
             raise RuntimeError(json.dumps(answer["exceptionDetails"]))
         return answer["result"].get("value")
 
-    def open(self, file: Path, width: int = 1280, height: int = 800, dark: bool = False) -> None:
+    def open(self, file: Path, width: int = 1280, height: int = 800) -> None:
         """Load a file at a window size and wait until it has loaded and drawn."""
         self.events.clear()
+        self.resize(width, height)
+        self.call("Page.navigate", url=file.resolve().as_uri())
+        self.wait_for("document.readyState === 'complete'")
+        self.wait_for_picture()
+
+    def resize(self, width: int, height: int, dark: bool = False) -> None:
+        """Give the window a size [px] and a colour scheme."""
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self.call("Emulation.setEmulatedMedia", features=[scheme])
-        self.call("Page.navigate", url=file.resolve().as_uri())
-        self.wait_for("document.readyState === 'complete'")
+
+    def wait_for_picture(self) -> None:
+        """Return after the next frame has been drawn."""
         self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
     def wait_for(self, condition: str) -> None:

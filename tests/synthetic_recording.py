@@ -147,7 +147,7 @@ def support_tracks(frames: int, corner: bool) -> list[tuple]:
 
 
 def outcomes(success: bool) -> list[dict]:
-    triggers = ("touch_force", "grasp_force" if success else "travel", "closed", "lifted")
+    triggers = ("touch_force", "grasp_force" if success else "travel limit of 0.36 m", "closed", "lifted")
     peaks = (1.9, 17.3 if success else 11.2, 6.0, 4.1)
     travels = (0.14, 0.36, 0.0, 0.2)
     rows = [
@@ -217,7 +217,7 @@ def synthetic(
         },
         "success": success,
         "grasped": 2 if success else 0,
-        "reason": "2 objects held after the lift" if success else "the push reached its travel limit before 17 N",
+        "reason": "" if success else "push: travel limit of 0.36 m before 17 N",
         "outcomes": outcomes(success),
         "versions": {"pilegrasp": "0.1.0", "mujoco": "4.0.0", "pinocchio": "4.1.0"},
         "hand": "rbo_hand2",

@@ -25,7 +25,11 @@ LAYERS = {
     "sim": ({"sim"}, {"base", "robots", "recording"}, {"mujoco", "mink"}),
     "recording": ({"recording"}, {"base"}, set()),
     "viewer": ({"viewer"}, {"base", "recording"}, {"meshcat"}),
-    "episode": ({"episode"}, {"base", "robots", "control", "sim", "recording"}, {"pinocchio", "mujoco"}),
+    "episode": (
+        {"episode", "preparation", "recorder"},
+        {"base", "robots", "control", "sim", "recording"},
+        {"pinocchio", "mujoco"},
+    ),
     "top": (
         {"__init__", "cli", "doctor", "scripts"},
         {"base", "robots", "control", "sim", "recording", "viewer", "episode"},

@@ -19,35 +19,23 @@ def mounted(hand_name, rotation_vector, payload=0.0):
     quaternion = np.zeros(4)
     mujoco.mju_axisAngle2Quat(quaternion, np.array(rotation_vector) / max(angle, 1e-12), angle)
     flange = spec.worldbody.add_site(name="flange", pos=[0.1, 0.2, 1.0], quat=quaternion)
-    part = hand.build()
+    spec.compiler.degree = False
+    hand.add_to(spec, flange)
     if payload:
-        part.body("sensor").add_geom(
+        spec.body("sensor").add_geom(
             name="payload", size=[0.001, 0, 0], pos=[0, 0, 0.12], mass=payload, contype=0, conaffinity=0
         )
-    flange.attach_body(part.body("sensor"), "", "_")
     return hand, spec.compile()
 
 
 def settled_reading(hand, model, config=SILENT, push=None):
-    # The attached names carry a suffix; the sensor looks them up by their plain names.
-    sensor = WristSensor(_plain(model), hand.mass_properties(), config, 0.002, seed=0)
+    sensor = WristSensor(model, hand.mass_properties(), config, 0.002, seed=0)
     data = mujoco.MjData(model)
     if push is not None:
-        data.xfrc_applied[model.body("sensor_").id, :3] = push
+        data.xfrc_applied[model.body("sensor").id, :3] = push
     for _ in range(3000):
         mujoco.mj_step(model, data)
     return sensor.read(data), data
-
-
-class _plain:
-    def __init__(self, model):
-        self._model = model
-
-    def sensor(self, name):
-        return self._model.sensor(name + "_")
-
-    def site(self, name):
-        return self._model.site(name + "_")
 
 
 TILTS = [
@@ -84,12 +72,12 @@ def test_low_pass_reaches_63_percent_after_its_time_constant():
     hand, model = mounted("shovel", [0, 0, 0])
     period, cutoff = 0.002, 8.0
     sensor = WristSensor(
-        _plain(model), hand.mass_properties(), SensorConfig(force_noise=0, torque_noise=0, cutoff=cutoff), period, 0
+        model, hand.mass_properties(), SensorConfig(force_noise=0, torque_noise=0, cutoff=cutoff), period, 0
     )
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     start = sensor.read(data)[2]
-    data.xfrc_applied[model.body("sensor_").id, 2] = 10.0
+    data.xfrc_applied[model.body("sensor").id, 2] = 10.0
     mujoco.mj_forward(model, data)
     samples = round(1.0 / (2.0 * np.pi * cutoff) / period)
     for _ in range(samples):
@@ -104,7 +92,7 @@ def test_noise_has_the_stated_deviation_and_follows_the_seed():
     config = SensorConfig(force_noise=0.3, torque_noise=0.01, cutoff=1e6)
 
     def samples(seed):
-        sensor = WristSensor(_plain(model), hand.mass_properties(), config, 0.002, seed)
+        sensor = WristSensor(model, hand.mass_properties(), config, 0.002, seed)
         return np.array([sensor.read(data) for _ in range(2000)])
 
     first = samples(1)

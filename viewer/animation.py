@@ -87,6 +87,11 @@ def _thin(count: int, error: Callable[[int, int], NDArray[np.float64]], toleranc
     return np.array(sorted(kept))
 
 
+def _fraction(t: NDArray[np.float64], first: int, last: int) -> NDArray[np.float64]:
+    # Times that differ in float64 may coincide in float32.
+    return (t[first + 1 : last] - t[first]) / max(t[last] - t[first], np.finfo(np.float32).tiny)
+
+
 def vector_track(name: str, times: Array, values: Array, tolerance: float) -> Track | None:
     """Return a thinned track of vectors (F, 3), or None where they never leave the first by more than the tolerance.
 
@@ -97,7 +102,7 @@ def vector_track(name: str, times: Array, values: Array, tolerance: float) -> Tr
         return None
 
     def error(first: int, last: int) -> NDArray[np.float64]:
-        fraction = (t[first + 1 : last] - t[first]) / (t[last] - t[first])
+        fraction = _fraction(t, first, last)
         return np.linalg.norm(x[first] + fraction[:, None] * (x[last] - x[first]) - x[first + 1 : last], axis=1)
 
     kept = _thin(len(t), error, tolerance)
@@ -115,7 +120,7 @@ def rotation_track(times: Array, quaternions: Array, tolerance: float) -> Track 
         return None
 
     def error(first: int, last: int) -> NDArray[np.float64]:
-        fraction = (t[first + 1 : last] - t[first]) / (t[last] - t[first])
+        fraction = _fraction(t, first, last)
         return angle_between(slerp(q[first], q[last], fraction), q[first + 1 : last])
 
     kept = _thin(len(t), error, tolerance)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from pilegrasp_ctrl.recording import Body, Recording
+from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.shapes import quaternion_matrix
 
 # Directions from the scene to the camera (azimuth from +x, elevation) in degrees, the preferred ones first: a push runs
@@ -45,12 +43,14 @@ def action_box(recording: Recording) -> tuple[NDArray[np.float64], NDArray[np.fl
     return low, high
 
 
-def _blocked(recording: Recording, index: int, body: Body, frame: int, eyes: Any, points: Any) -> NDArray[np.bool_]:
-    """Return (V, P): whether one of the body's shapes lies between an eye (V, 3) and a point (P, 3); the slab test."""
+def _veil(
+    recording: Recording, index: int, frame: int, eyes: NDArray[np.float64], points: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return (V, P): how opaque the body's shapes are between a point (P, 3) and an eye (V, 3); the slab test."""
     rotation = quaternion_matrix(recording.body_quaternion[frame, index])
     position = recording.body_position[frame, index].astype(np.float64)
-    result = np.zeros((len(eyes), len(points)), dtype=bool)
-    for shape in body.shapes:
+    result = np.zeros((len(eyes), len(points)))
+    for shape in recording.bodies[index].shapes:
         turn = rotation @ quaternion_matrix(shape.quaternion)
         center = position + rotation @ np.asarray(shape.position)
         half = np.maximum(shape.half_extents(), 1e-4)
@@ -59,7 +59,8 @@ def _blocked(recording: Recording, index: int, body: Body, frame: int, eyes: Any
         ray = np.where(np.abs(ray) < 1e-9, 1e-9, ray)
         one, two = (-half - start) / ray, (half - start) / ray
         enter, leave = np.minimum(one, two).max(axis=-1), np.maximum(one, two).min(axis=-1)
-        result |= (enter < leave) & (leave > 0.0) & (enter < 1.0)
+        between = (enter < leave) & (leave > 0.0) & (enter < 1.0)
+        result = np.maximum(result, shape.rgba[3] * between)
     return result
 
 
@@ -71,20 +72,17 @@ def best_direction(recording: Recording) -> NDArray[np.float64]:
     """Return the unit vector (3,) from the scene to the camera from which objects and hand are hidden least."""
     candidates = directions()
     roles = [body.role for body in recording.bodies]
-    aims = [i for i, role in enumerate(roles) if role == "object"] or [
-        i for i, role in enumerate(roles) if role == "hand"
-    ]
-    aims = aims[:: max(1, len(aims) // _TARGETS)]
+    aims = [i for wanted in ("object", "hand") for i in _spread([i for i, role in enumerate(roles) if role == wanted])]
     hidden = np.zeros(len(candidates))
     for frame in np.linspace(0, len(recording.frame_time) - 1, _FRAMES).astype(int):
         points = recording.body_position[frame, aims].astype(np.float64)
-        blocked = np.zeros((len(candidates), len(points)), dtype=bool)
+        veil = np.zeros((len(candidates), len(points)))
         for index, body in enumerate(recording.bodies):
             if body.role in ("support", "arm", "sensor") and points.size:
-                blocked |= _blocked(recording, index, body, int(frame), candidates, points)
-        hidden += blocked.sum(axis=1)
-    # Less than one object in fifty frames of difference does not justify an unusual view.
-    worth = hidden / max(1, _FRAMES * len(aims)) + 0.002 * np.arange(len(candidates))
+                veil = np.maximum(veil, _veil(recording, index, int(frame), candidates, points))
+        hidden += veil.sum(axis=1)
+    # A view one place down the list must hide one part in a hundred less.
+    worth = hidden / max(1, _FRAMES * len(aims)) + 0.01 * np.arange(len(candidates))
     return candidates[int(np.argmin(worth))]
 
 

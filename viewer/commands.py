@@ -28,7 +28,7 @@ _STAGE = (
     ("/Lights/SpotLight", "visible", True),
     ("/Lights/SpotLight/<object>", "castShadow", True),
     ("/Lights/SpotLight/<object>", "intensity", 0.55),
-    ("/Lights/SpotLight/<object>", "angle", 0.7),
+    ("/Lights/SpotLight/<object>", "angle", 0.6),
     ("/Lights/SpotLight/<object>", "penumbra", 1.0),
     ("/Cameras/default/rotated/<object>", "fov", 35.0),
 )

@@ -19,7 +19,7 @@ from pilegrasp_ctrl.recording import Recording, write_atomically
 from pilegrasp_ctrl.viewer.camera import view
 from pilegrasp_ctrl.viewer.commands import commands, pack
 from pilegrasp_ctrl.viewer.plots import controller_strips, force_strip, scalar_signal, styles
-from pilegrasp_ctrl.viewer.summary import Phase, Summary, summarize
+from pilegrasp_ctrl.viewer.summary import Phase, Summary, plain, summarize, text
 
 _HERE = Path(__file__).parent
 
@@ -70,7 +70,7 @@ def _quantity(value: float | None, scale: float, pattern: str) -> str:
 
 
 def _row(phase: Phase, style: str) -> str:
-    cause = escape(phase.trigger.replace("_", " ")) or "–"
+    cause = escape(plain(phase.trigger)) or "–"
     return (
         f'<tr class="{"failed" if phase.failed else ""}"><th scope="row">'
         f'<button type="button" data-seek="{phase.start:.4f}"><i class="chip {style}"></i>'
@@ -112,14 +112,14 @@ def page(recording: Recording) -> str:
         seed=escape(f"seed {summary.seed}" if summary.seed else ""),
         state=state,
         verdict=escape(summary.verdict),
-        reason=escape(summary.reason or "No reason was recorded."),
+        reason=escape(summary.reason),
         strip=force_strip(recording, summary.phases, summary.grasp_force),
         rows=rows or '<tr><td colspan="5">No primitives were recorded.</td></tr>',
         facts=_pairs(summary.facts),
         controller=controller_strips(recording, summary.phases) or "<p>No controller signals were recorded.</p>",
         versions=_pairs(summary.versions),
-        config=escape(json.dumps(recording.meta.get("config"), indent=1, ensure_ascii=False)),
-        config_hash=escape(str(recording.meta.get("config_hash", "unknown"))[:80]),
+        config=escape(text(json.dumps(recording.meta.get("config"), indent=1, ensure_ascii=False), 20000)),
+        config_hash=escape(text(recording.meta.get("config_hash"), 80) or "unknown"),
         data=_json(_live(recording, summary)),
         commands=base64.b64encode(pack(commands(recording))).decode(),
         viewer=scripts[0],

@@ -83,6 +83,8 @@ def force_arrow(
     place = np.stack([np.zeros_like(head), np.zeros_like(head), length - head], axis=1).astype(np.float32)
     size = np.repeat(head[:, None], 3, axis=1).astype(np.float32)
 
+    turn = direction_quaternions(force)
+
     root = "/Overlays/force"
     parts = _arrow_parts()
     objects = [
@@ -93,15 +95,15 @@ def force_arrow(
         {"type": "set_property", "path": path, "property": name, "value": [float(x) for x in value]}
         for path, name, value in (
             (root, "position", tool[0]),
-            (root, "quaternion", direction_quaternions(force)[0][[1, 2, 3, 0]]),
+            (root, "quaternion", turn[0][[1, 2, 3, 0]]),
             (f"{root}/shaft", "scale", shaft[0]),
             (f"{root}/head", "scale", size[0]),
             (f"{root}/head", "position", place[0]),
         )
     ]
     millimeter = 1e-3
-    tracks = {
-        root: pose_tracks(times, tool.astype(np.float32), direction_quaternions(force), reach=0.02),
+    tracks: dict[str, list[Track | None]] = {
+        root: [*pose_tracks(times, tool.astype(np.float32), turn, reach=0.02)],
         f"{root}/shaft": [vector_track("scale", times, shaft, millimeter)],
         f"{root}/head": [
             vector_track("position", times, place, millimeter),

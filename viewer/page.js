@@ -53,7 +53,6 @@ window.pilegrasp = (() => {
     spot.position.set(middle[0] - 0.5, middle[1] + (direction[1] > 0 ? 0.9 : -0.9), middle[2] + 1.8);
     spot.target.position.copy(world(middle));
     spot.target.updateMatrixWorld();
-    spot.shadow.mapSize.set(2048, 2048);
     spot.shadow.normalBias = 0.004;
   }
 
@@ -103,7 +102,7 @@ window.pilegrasp = (() => {
   function forceAt(moment) {
     if (!data.force) return "";
     const after = data.frameTime.findIndex((t) => t >= moment);
-    return ` · ${data.force[after < 0 ? data.force.length - 1 : after].toFixed(1)} N`;
+    return ` · ${data.force[after < 0 ? data.force.length - 1 : after].toFixed(1).replace("-", "−")} N`;
   }
 
   const plots = [...document.querySelectorAll(".plot")].map((plot) => ({

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilegrasp_ctrl.recording import Recording
-from pilegrasp_ctrl.viewer.summary import Phase
+from pilegrasp_ctrl.viewer.summary import Phase, plain
 
 # The curve is drawn in a box of this many units, stretched to the page; strokes keep their width.
 WIDTH, HEIGHT = 1000.0, 100.0
@@ -107,7 +107,7 @@ def _band(axes: Axes, phase: Phase, style: str, labelled: bool) -> str:
     left, right = axes.across(phase.start), axes.across(phase.end)
     failed = " failed" if phase.failed else ""
     hint = f"{phase.name}: {phase.start:.2f} to {phase.end:.2f} s, {phase.trigger or 'no trigger named'}"
-    cause = f"<small>→ {escape(phase.trigger.replace('_', ' '))}</small>" if phase.trigger else ""
+    cause = f"<small>→ {escape(plain(phase.trigger))}</small>" if phase.trigger else ""
     label = f"<span><b>{escape(phase.name)}</b>{cause}</span>" if labelled else ""
     return (
         f'<div class="band {style}{failed}" style="left:{100 * left:.2f}%;width:{100 * (right - left):.2f}%"'
@@ -138,7 +138,8 @@ def strip(
     )
     labels = "".join(f'<span class="ty" style="bottom:{100 * axes.up(v):.2f}%">{v:g}</span>' for v in ticks_y)
     labels += "".join(
-        f'<span class="tx" style="left:{100 * axes.across(t):.2f}%">{t:.{decimals}f}</span>' for t in ticks_x
+        f'<span class="tx{" odd" if k % 2 else ""}" style="left:{100 * axes.across(t):.2f}%">{t:.{decimals}f}</span>'
+        for k, t in enumerate(ticks_x)
     )
     if threshold:
         y = (1.0 - axes.up(threshold[1])) * HEIGHT

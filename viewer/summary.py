@@ -57,6 +57,11 @@ def text(value: Any, limit: int = 300) -> str:
     return words if len(words) <= limit else words[: limit - 1] + "…"
 
 
+def plain(trigger: str) -> str:
+    """Return a trigger as words, where it is an identifier."""
+    return trigger.replace("_", " ") if trigger.isidentifier() else trigger
+
+
 def lookup(table: Any, dotted: str) -> Any:
     """Return the entry of a nested table, or None where a level is missing."""
     for key in dotted.split("."):
@@ -92,6 +97,15 @@ def _verdict(success: bool | None, grasped: float | None) -> str:
     return f"{word}: {int(grasped)} object{'s' if grasped > 1 else ''} held"
 
 
+def _ending(reason: str, rows: tuple[Phase, ...]) -> str:
+    """Return why and when the attempt ended; the last primitive speaks where no reason was recorded."""
+    if not rows:
+        return reason
+    last = rows[-1]
+    cause = reason or f"{last.name}: {plain(last.trigger) or 'ended'}"
+    return f"{cause}, at {last.end:.1f} s"
+
+
 _FACTS = (
     ("hand", "hand", ""),
     ("object", "pile.object", ""),
@@ -114,21 +128,27 @@ def summarize(meta: Mapping[str, Any]) -> Summary:
     success = meta.get("success")
     success = success if isinstance(success, bool) else None
     facts = []
+    straight = lookup(config, "program") == "line"
     for label, key, unit in _FACTS:
+        if straight and key.startswith("strategy."):
+            continue
         value = lookup(config, key)
         value = meta.get(key) if value is None else value
         if isinstance(value, str | int | float) and value != "" and not (unit == "°" and value == 0):
             facts.append((label, text(value, 60) + unit))
     versions = meta.get("versions")
     grasp_force = number(meta.get("grasp_force"))
+    if grasp_force is None:
+        grasp_force = number(lookup(config, "strategy.grasp_force"))
+    rows = phases(meta.get("outcomes"))
     return Summary(
         scenario=text(meta.get("scenario"), 80) or "recording",
         seed=text(meta.get("seed"), 30),
         success=success,
         verdict=_verdict(success, number(meta.get("grasped"))),
-        reason=text(meta.get("reason")),
-        grasp_force=number(lookup(config, "strategy.grasp_force")) if grasp_force is None else grasp_force,
-        phases=phases(meta.get("outcomes")),
+        reason=_ending(text(meta.get("reason")), rows),
+        grasp_force=None if straight else grasp_force,
+        phases=rows,
         facts=tuple(facts),
         versions=tuple(
             (text(name, 40), text(version, 40))

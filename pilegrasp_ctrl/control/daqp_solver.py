@@ -8,8 +8,6 @@ import numpy as np
 from ..types import Array
 from .qp import QuadraticProgram
 
-_SOFT = 8
-
 
 class DaqpSolver:
     """Solves each program from scratch; at this size a warm start gains nothing, and answers do not depend on history.
@@ -20,15 +18,14 @@ class DaqpSolver:
 
     name = "daqp"
 
-    def __init__(self, n: int, m: int) -> None:
-        """Prepare for n variables and m rows."""
-        self._hard = np.zeros(n + m, dtype=np.int32)
-        self._soft = self._hard.copy()
-        self._soft[:n] = _SOFT
+    def __init__(self) -> None:
+        """Prepare nothing but the kinds of the rows, which are made once a size."""
+        self._inequalities: dict[int, Array] = {}
 
-    def solve(self, problem: QuadraticProgram, soft: bool) -> Array | None:
+    def solve(self, problem: QuadraticProgram) -> Array | None:
         """Return x (n,), or None where DAQP finds none."""
         H, f, G, lower, upper = problem
-        sense = self._soft if soft else self._hard
+        rows = len(lower)
+        sense = self._inequalities.setdefault(rows, np.zeros(rows, dtype=np.int32))
         x, _, flag, _ = daqp.solve(H, f, G, upper, lower, sense, iter_limit=1000)
         return x if flag > 0 else None

@@ -6,7 +6,6 @@ import numpy as np
 
 from ..arm_model import ArmModel
 from ..types import Array, Reference
-from ..arm_state import ArmState
 from .inverse_dynamics import InverseDynamics
 
 
@@ -23,15 +22,13 @@ class FrictionCompensation:
         error_rate: [1/s]; zero compensates the reference's own motion only.
     """
 
-    def __init__(self, arm: ArmModel, scale: float = 0.01, error_rate: float = 2.0) -> None:
+    def __init__(self, arm: ArmModel, scale: float = 0.02, error_rate: float = 8.0) -> None:
         """Take the arm's friction."""
         self.scale, self.error_rate = scale, error_rate
         self._coulomb, self._viscous = arm.friction_coulomb, arm.friction_viscous
         self._none = not (self._coulomb.any() or self._viscous.any())
 
-    def torque(
-        self, dynamics: InverseDynamics, state: ArmState, reference: Reference, error: Array, posture: Array | None
-    ) -> Array | None:
+    def torque(self, dynamics: InverseDynamics, reference: Reference, error: Array) -> Array | None:
         """Return (nv,) the feed-forward torque [N·m], None for an arm without friction.
 
         Args:
@@ -41,7 +38,7 @@ class FrictionCompensation:
         """
         if self._none:
             return None
-        v = dynamics.joint_velocity(state, reference.twist + self.error_rate * error, posture)
+        v = dynamics.joint_velocity(reference.twist + self.error_rate * error)
         torque = np.tanh(v / self.scale)
         torque *= self._coulomb
         torque += self._viscous * v

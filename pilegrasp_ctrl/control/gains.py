@@ -20,7 +20,8 @@ def _six(value: ArrayLike, name: str, *, positive: bool = False) -> Array:
         raise ConfigurationError(f"{name} has shape {array.shape}; one number or six, linear axes first, are expected")
     array = np.array(np.broadcast_to(array, (6,)))
     if not np.isfinite(array).all() or (array < 0.0).any() or (positive and not (array > 0.0).all()):
-        raise ConfigurationError(f"{name} = {array.tolist()} must be {'positive' if positive else 'not negative'} and finite")
+        allowed = "positive" if positive else "not negative"
+        raise ConfigurationError(f"{name} = {array.tolist()} must be {allowed} and finite")
     array.setflags(write=False)
     return array
 
@@ -130,7 +131,9 @@ def load_gains(path: str | Path) -> MotionGains | Impedance:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigurationError(f"{path}: is not valid TOML: {error}") from None
     if len(table) != 1 or not set(table) <= set(_KINDS) or not isinstance(next(iter(table.values())), dict):
-        raise ConfigurationError(f"{path}: one table is expected, [motion] with 1/s² or [impedance] with N/m; found {list(table)}")
+        raise ConfigurationError(
+            f"{path}: one table is expected, [motion] in 1/s² or [impedance] in N/m and N·m/rad; found {list(table)}"
+        )
     kind, values = next(iter(table.items()))
     return _build(_KINDS[kind], values, f"{path}: [{kind}]")
 

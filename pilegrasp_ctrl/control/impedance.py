@@ -24,7 +24,7 @@ class ImpedanceController:
     """Torques that make the tool yield as an `Impedance`, within all limits.
 
     After Hogan, "Impedance control: an approach to manipulation", J. Dynamic Systems, Measurement, and Control 107,
-    1985; `ImpedanceTask` states the law. Steady contact gives the force K e + desired force, up to the joints' friction.
+    1985; `ImpedanceTask` states the law. Steady contact gives the force K e + desired force, up to joint friction.
 
     A pure function of observation and reference: nothing is remembered between steps.
     """
@@ -90,7 +90,7 @@ class ImpedanceController:
         error = pose_error(state, reference)
         dynamics = self._dynamics
         dynamics.assemble(state, self._task.acceleration(state, reference, error, force, wrench), posture)
-        feedforward = None if self._friction is None else self._friction.torque(dynamics, state, reference, error, posture)
+        feedforward = None if self._friction is None else self._friction.torque(dynamics, reference, error)
         if shaped:
             cancelled = -state.J.T.dot(wrench)
             feedforward = cancelled if feedforward is None else feedforward + cancelled

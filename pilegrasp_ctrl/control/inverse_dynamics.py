@@ -11,7 +11,6 @@ from ..arm_model import ArmModel
 from ..arm_state import ArmState
 from ..exceptions import ConfigurationError, SolverError
 from ..limits.acceleration_bounds import AccelerationBounds, AffineLimit
-from ..limits.constraint import Constraint
 from ..limits.position_limit import PositionLimit
 from ..limits.torque_limit import TorqueLimit
 from ..limits.velocity_limit import VelocityLimit
@@ -19,6 +18,7 @@ from ..tasks.frame_task import FrameTask
 from ..tasks.objective import Objective
 from ..tasks.posture_task import PostureTask
 from ..types import Array, Command, ControllerOutput
+from .linear_algebra import solve_positive_definite
 from .qp import QuadraticProgram, Solution, make_solver, solve
 
 LIMITS = ("torque", "velocity", "position")
@@ -68,35 +68,49 @@ class InverseDynamics:
             affine.append(PositionLimit(arm, rate))
         self._bounds = AccelerationBounds(affine, n)
         self._torque_limit = TorqueLimit(arm) if "torque" in limits else None
-        self._solver = make_solver(solver, n, n)
-        self.program = QuadraticProgram.empty(n, n)
-        self._torque_rows = Constraint(self.program.G, self.program.lower[n:], self.program.upper[n:])
-        self._A, self._b = np.zeros((6 + n, n)), np.zeros(6 + n)
-        self._tool_rows = Objective(self._A[:6], self._b[:6])
-        self._posture_rows = Objective(self._A[6:], self._b[6:])
-        posture.write_matrix(self._posture_rows)
+        self._solver = make_solver(solver)
+        self._A, self._c = np.zeros((6 + n, n)), np.zeros(6 + n)
+        self._A[6:] = posture.sqrt_weight * np.eye(n)
+        self._tool_rows = Objective(self._A[:6], self._c[:6])
+        posture_matrix, posture_offset = posture.affine(n)
+        self._matrix = np.vstack((self._bounds.matrix, posture_matrix))
+        self._offset = np.concatenate((self._bounds.offset, posture_offset))
+        self._values = np.zeros(len(self._offset))
+        self._bound_values = self._values[: -2 * n].reshape(-1, 2, n)
+        self._posture_values = self._values[-2 * n :].reshape(2, n)
+        self._program = QuadraticProgram.empty(n, n)
+        self._lower, self._upper = self._program.lower[:n], self._program.upper[:n]
+        self._torque_lower, self._torque_upper = self._program.lower[n:], self._program.upper[n:]
+
+    @property
+    def program(self) -> QuadraticProgram:
+        """The program as it was last assembled and solved; its arrays are reused by the next period."""
+        return self._program
 
     def assemble(self, state: ArmState, wanted: Array, posture: Array | None = None) -> None:
         """Write the cost and the bounds on a, for the wanted tool acceleration (6,) and a posture (nv,)."""
-        H, f, G, lower, upper = self.program
-        n = self.arm.nv
+        values = self._values
+        np.dot(self._matrix, state.x, out=values)
+        np.add(values, self._offset, out=values)
+        if posture is not None:
+            self._posture.retarget(self._posture_values, state.q, posture)
+        self._bounds.intersect(self._bound_values, self._lower, self._upper)
         self._task.write(self._tool_rows, state, wanted)
-        self._posture.write(self._posture_rows, state.q, state.v, posture)
+        self._c[6:] = self._posture_values[0]
+        H, f, _, lower, upper = self._program
         np.dot(self._A.T, self._A, out=H)
-        np.dot(self._b, self._A, out=f)
-        np.negative(f, out=f)
-        G[:] = state.M
-        self._bounds.write(lower[:n], upper[:n], state.q, state.v)
+        np.dot(self._c, self._A, out=f)
+        self._program = QuadraticProgram(H, f, state.M, lower, upper)
 
-    def joint_velocity(self, state: ArmState, twist: Array, posture: Array | None = None) -> Array:
+    def joint_velocity(self, twist: Array) -> Array:
         """Return (nv,) the joint velocity that a tool twist and the posture ask for [rad/s]; after `assemble`.
 
         The program's own cost with velocities in place of accelerations, limits aside.
         """
-        target = np.empty(len(self._b))
+        target = np.empty(len(self._c))
         np.multiply(twist, self._task.sqrt_weight, out=target[:6])
-        self._posture.write_velocity(target[6:], state.q, posture)
-        return np.linalg.solve(self.program.H, np.dot(target, self._A))
+        target[6:] = self._posture_values[1]
+        return solve_positive_definite(self._program.H, np.dot(target, self._A))
 
     def solve(self, state: ArmState, feedforward: Array | None = None) -> ControllerOutput:
         """Return the torques for what was assembled.
@@ -106,40 +120,43 @@ class InverseDynamics:
             feedforward: (nv,) torque beside that of the accelerations, counted into the torque limits [N·m].
         """
         offset = state.h if feedforward is None else state.h + feedforward
-        if self._torque_limit is not None:
-            self._torque_limit.write(self._torque_rows, offset)
+        limit = self._torque_limit
+        if limit is not None:
+            limit.write(self._torque_lower, self._torque_upper, offset)
         start = perf_counter()
         try:
-            solution = solve(self.program, self._solver)
+            solution = solve(self._program, self._solver)
         except SolverError as error:
             return self._fallback(state, str(error), perf_counter() - start)
         elapsed = perf_counter() - start
         torque = solution.Gx + offset
-        active: tuple[str, ...] = ()
-        if np.minimum.reduce(solution.slack, axis=None) < _ACTIVE:
-            active = self._active(solution)
-            if self._torque_limit is not None:
-                limit = self._torque_limit.torque
-                torque = np.minimum(np.maximum(torque, -limit), limit)
-        return ControllerOutput(Command(torque), solution.x, active, elapsed)
+        if solution.margin > _ACTIVE:
+            return ControllerOutput(Command(torque), solution.x, (), elapsed)
+        if limit is not None:
+            # Only round-off is cut here: the rows are hard, and the solver's answer was checked against them.
+            torque = np.minimum(np.maximum(torque, -limit.torque), limit.torque)
+        return ControllerOutput(Command(torque), solution.x, self._active(solution), elapsed)
 
     def _active(self, solution: Solution) -> tuple[str, ...]:
         n = self.arm.nv
         names = []
         for side, slack in zip(("lower", "upper"), solution.slack, strict=True):
             for index in np.flatnonzero(slack < _ACTIVE).tolist():
-                names.append(self._bounds.name(index, side) if index < n else f"torque[{index - n}] {side}")
+                if index < n:
+                    names.append(self._bounds.name(self._bound_values, index, side))
+                else:
+                    names.append(f"torque[{index - n}] {side}")
         return tuple(names)
 
     def _fallback(self, state: ArmState, reason: str, elapsed: float) -> ControllerOutput:
         limit = self.arm.torque_limit
-        h = np.nan_to_num(state.h)
-        wanted = np.nan_to_num(h - _FALLBACK_DAMPING * state.M.diagonal() * state.v)
+        h: Array = np.nan_to_num(state.h)
+        wanted: Array = np.nan_to_num(h - _FALLBACK_DAMPING * state.M.diagonal() * state.v)
         torque = np.clip(wanted, -limit, limit)
         names = [
             f"torque[{joint}] {'upper' if torque[joint] > 0.0 else 'lower'}"
             for joint in np.flatnonzero(np.abs(wanted) >= limit).tolist()
         ]
-        acceleration = np.linalg.solve(state.M, torque - h)
+        acceleration = solve_positive_definite(state.M, torque - h)
         reason = f"{reason}; gravity compensation with damping instead"
         return ControllerOutput(Command(torque), acceleration, tuple(names), elapsed, reason)

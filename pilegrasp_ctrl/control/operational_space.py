@@ -91,5 +91,5 @@ class OperationalSpaceController:
         error = pose_error(state, reference)
         dynamics = self._dynamics
         dynamics.assemble(state, self._task.acceleration(state, reference, error), posture)
-        feedforward = None if self._friction is None else self._friction.torque(dynamics, state, reference, error, posture)
+        feedforward = None if self._friction is None else self._friction.torque(dynamics, reference, error)
         return dynamics.solve(state, feedforward)

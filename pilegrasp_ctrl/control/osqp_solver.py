@@ -10,7 +10,11 @@ from ..types import Array
 from .qp import QuadraticProgram
 
 _INFINITY = 1e30
-_SOFT_WEIGHT = 1e6
+_REFUSED = {
+    osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE,
+    osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE_INACCURATE,
+    osqp.SolverStatus.OSQP_NON_CVX,
+}
 _SETTINGS = {
     "verbose": False,
     # At the default 1e-3 limits are exceeded by a per mille and the weakly weighted posture is lost.
@@ -18,13 +22,18 @@ _SETTINGS = {
     "eps_rel": 1e-9,
     "max_iter": 20000,
     "check_termination": 10,
+    "scaling": 0,
     # Polishing prints to standard output whenever no bound is active.
     "polishing": False,
 }
 
 
 class OsqpSolver:
-    """Keeps one workspace for hard bounds and, once needed, one for soft bounds.
+    """Keeps one workspace for each size of program.
+
+    The method converges slowly where the cost's curvature differs between directions, and here it differs by the ratio
+    of tool to posture weight. It is therefore given y = Lᵀ x with L Lᵀ = H, in which the cost is a sphere, and rows of
+    unit length.
 
     Attributes:
         name: "osqp".
@@ -32,51 +41,40 @@ class OsqpSolver:
 
     name = "osqp"
 
-    def __init__(self, n: int, m: int) -> None:
-        """Prepare for n variables and m rows."""
-        self._n, self._m = n, m
-        self._workspaces: dict[bool, osqp.OSQP] = {}
-        columns, rows = np.tril_indices(n)
-        self._upper_triangle = (rows, columns)
-        self._A = np.ones((n, 1 + m))
+    def __init__(self) -> None:
+        """Set up no workspace yet."""
+        self._workspaces: dict[tuple[int, int], osqp.OSQP] = {}
 
-    def solve(self, problem: QuadraticProgram, soft: bool) -> Array | None:
-        """Return x (n,), or None where OSQP does not converge."""
-        n = self._n
-        lower = np.maximum(problem.lower, -_INFINITY)
-        upper = np.minimum(problem.upper, _INFINITY)
-        if not np.isfinite(problem.f).all() or (lower > upper).any():
+    def solve(self, problem: QuadraticProgram) -> Array | None:
+        """Return x (n,), or None where OSQP finds none."""
+        if not all(np.isfinite(array).all() for array in (problem.H, problem.f, problem.G)):
             return None
-        self._A[:, 1:] = problem.G.T
-        Px, Ax, q = problem.H[self._upper_triangle], self._A.ravel(), problem.f
-        if soft:
-            Px = np.concatenate((Px, np.full(n, _SOFT_WEIGHT)))
-            Ax = np.concatenate((Ax, np.ones(n)))
-            q = np.concatenate((q, np.zeros(n)))
-        workspace = self._workspaces.get(soft)
+        inverse = np.linalg.inv(np.linalg.cholesky(problem.H))
+        bounded = np.isfinite(problem.lower) | np.isfinite(problem.upper)
+        rows = np.vstack((inverse.T, problem.G @ inverse.T))[bounded]
+        scale = 1.0 / np.linalg.norm(rows, axis=1)
+        rows *= scale[:, None]
+        lower = np.maximum(problem.lower[bounded] * scale, -_INFINITY)
+        upper = np.minimum(problem.upper[bounded] * scale, _INFINITY)
+        if not (lower <= upper).all():
+            return None
+        q = inverse @ problem.f
+        workspace = self._workspaces.get(rows.shape)
         if workspace is None:
-            workspace = self._workspaces[soft] = self._setup(Px, q, Ax, lower, upper, soft)
+            workspace = self._workspaces[rows.shape] = _workspace(rows, q, lower, upper)
         else:
-            workspace.update(Px=Px, q=q, Ax=Ax, l=lower, u=upper)
+            workspace.update(q=q, Ax=rows.T.ravel(), l=lower, u=upper)
         # Each program starts from the same point, so that an answer does not depend on those before it.
         workspace.warm_start(x=np.zeros(len(q)), y=np.zeros(len(lower)))
         result = workspace.solve(raise_error=False)
-        return np.array(result.x[:n]) if result.info.status_val == 1 else None
+        return None if result.info.status_val in _REFUSED else inverse.T @ result.x
 
-    def _setup(self, Px: Array, q: Array, Ax: Array, lower: Array, upper: Array, soft: bool) -> osqp.OSQP:
-        n, m = self._n, self._m
-        lengths = np.arange(1, n + 1)
-        rows = self._upper_triangle[0]
-        a_rows = np.hstack((np.arange(n)[:, None], np.tile(np.arange(n, n + m), (n, 1)))).ravel()
-        a_lengths = np.full(n, 1 + m)
-        if soft:
-            rows = np.concatenate((rows, np.arange(n, 2 * n)))
-            lengths = np.concatenate((lengths, np.ones(n, dtype=int)))
-            a_rows = np.concatenate((a_rows, np.arange(n)))
-            a_lengths = np.concatenate((a_lengths, np.ones(n, dtype=int)))
-        size = len(q)
-        P = sparse.csc_matrix((Px, rows, np.concatenate(([0], np.cumsum(lengths)))), shape=(size, size))
-        A = sparse.csc_matrix((Ax, a_rows, np.concatenate(([0], np.cumsum(a_lengths)))), shape=(n + m, size))
-        workspace = osqp.OSQP()
-        workspace.setup(P=P, q=q, A=A, l=lower, u=upper, **_SETTINGS)
-        return workspace
+
+def _workspace(rows: Array, q: Array, lower: Array, upper: Array) -> osqp.OSQP:
+    """Return a workspace for dense `rows`: every entry is stored, so that later values need no new pattern."""
+    m, n = rows.shape
+    pattern = (rows.T.ravel(), np.tile(np.arange(m), n), m * np.arange(n + 1))
+    workspace = osqp.OSQP()
+    A = sparse.csc_matrix(pattern, shape=(m, n))
+    workspace.setup(P=sparse.eye(n, format="csc"), q=q, A=A, l=lower, u=upper, **_SETTINGS)
+    return workspace

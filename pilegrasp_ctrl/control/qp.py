@@ -11,8 +11,11 @@ from ..types import Array
 
 SOLVERS = ("daqp", "osqp")
 
-FEASIBILITY = 1e-6
-"""Largest violation of a row that is still a solution, relative to 1 + the size of its bound."""
+FEASIBILITY = 1e-5
+"""Largest violation of a bound by an answer that still is a solution [rad/s², N·m]."""
+
+SOFT_WEIGHT = 1e4
+"""Cost of exceeding a softened bound, against the tool's weight of 1: a bound gives way a hundred times less."""
 
 
 class QuadraticProgram(NamedTuple):
@@ -37,17 +40,31 @@ class QuadraticProgram(NamedTuple):
         """Allocate a program of n variables and m rows, for filling in place each period."""
         return cls(np.zeros((n, n)), np.zeros(n), np.zeros((m, n)), np.full(n + m, -np.inf), np.full(n + m, np.inf))
 
+    def softened(self) -> QuadraticProgram:
+        """Return the program in (x, s) whose bounds on x may be exceeded by s at the cost `½ SOFT_WEIGHT |s|²`.
+
+        The bounds on G x stay as they are.
+        """
+        n, m = len(self.f), len(self.G)
+        identity, zero = np.eye(n), np.zeros((n, n))
+        H = np.block([[self.H, zero], [zero, SOFT_WEIGHT * identity]])
+        G = np.block([[identity, identity], [self.G, np.zeros((m, n))]])
+        free = np.full(2 * n, np.inf)
+        lower, upper = np.concatenate((-free, self.lower)), np.concatenate((free, self.upper))
+        return QuadraticProgram(H, np.concatenate((self.f, np.zeros(n))), G, lower, upper)
+
 
 class Solver(Protocol):
-    """Proposes a solution; `solve` below decides whether it is one."""
+    """Proposes a solution; `solve` below decides whether it is one.
+
+    Attributes:
+        name: how errors call it.
+    """
 
     name: str
 
-    def solve(self, problem: QuadraticProgram, soft: bool) -> Array | None:
-        """Return x (n,), or None where the solver found none.
-
-        With `soft`, the bounds on x itself may be exceeded at a high cost and only the rows of G are hard.
-        """
+    def solve(self, problem: QuadraticProgram) -> Array | None:
+        """Return x (n,), or None where the solver found none."""
 
 
 class Solution(NamedTuple):
@@ -57,68 +74,65 @@ class Solution(NamedTuple):
         x: (n,).
         Gx: (m,).
         slack: (2, n + m) distances to the lower and to the upper bounds; negative where a bound is exceeded.
+        margin: the smallest of them.
         relaxed: whether the bounds on x had to be softened.
     """
 
     x: Array
     Gx: Array
     slack: Array
+    margin: float
     relaxed: bool
 
 
 def solve(problem: QuadraticProgram, solver: Solver) -> Solution:
-    """Solve with hard bounds and, where they contradict the rows of G, with soft ones.
+    """Solve with hard bounds and, where those on x contradict those on G x, with soft bounds on x.
 
     A solver's status is never trusted: the bounds are evaluated at its answer.
 
     Raises:
-        SolverError: where the problem holds a value that is not finite, or no answer satisfies the rows of G.
+        SolverError: where the problem holds a value that is not finite, or no answer satisfies the bounds on G x.
     """
-    n = problem.f.shape[0]
-    for soft in (False, True):
-        x = solver.solve(problem, soft)
+    n = len(problem.f)
+    for relaxed in (False, True):
+        x = solver.solve(problem.softened() if relaxed else problem)
         if x is None:
             continue
-        values = np.empty(problem.lower.shape)
+        x = x[:n]
+        values = np.empty(len(problem.lower))
         values[:n] = x
         Gx = values[n:]
         np.dot(problem.G, x, out=Gx)
-        slack = np.empty((2, values.shape[0]))
+        slack = np.empty((2, len(values)))
         np.subtract(values, problem.lower, out=slack[0])
         np.subtract(problem.upper, values, out=slack[1])
-        hard = slack[:, n:] if soft else slack
-        # The second comparison is reached only where a bound is nearly active; a NaN fails both.
-        if np.minimum.reduce(hard, axis=None) >= 0.0 or _feasible(problem, hard, n if soft else 0):
-            return Solution(x, Gx, slack, soft)
+        margin = float(np.minimum.reduce(slack, axis=None))
+        # A NaN fails the comparison.
+        if (float(slack[:, n:].min()) if relaxed else margin) >= -FEASIBILITY:
+            return Solution(x, Gx, slack, margin, relaxed)
     _check_finite(problem)
     raise SolverError(f"{solver.name} found no accelerations within the torque limits")
 
 
-def make_solver(name: str, n: int, m: int) -> Solver:
-    """Return the solver called "daqp" or "osqp" for programs of n variables and m rows.
+def make_solver(name: str) -> Solver:
+    """Return the solver called "daqp" or "osqp".
 
     Raises:
         ConfigurationError: where the name is neither.
     """
     if name == "daqp":
-        from .daqp_solver import DaqpSolver  # noqa: PLC0415
+        from .daqp_solver import DaqpSolver
 
-        return DaqpSolver(n, m)
+        return DaqpSolver()
     if name == "osqp":
-        from .osqp_solver import OsqpSolver  # noqa: PLC0415
+        from .osqp_solver import OsqpSolver
 
-        return OsqpSolver(n, m)
+        return OsqpSolver()
     raise ConfigurationError(f"no solver {name!r}; the solvers are {', '.join(SOLVERS)}")
 
 
-def _feasible(problem: QuadraticProgram, slack: Array, first: int) -> bool:
-    bounds = np.stack((problem.lower[first:], problem.upper[first:]))
-    size = np.where(np.isfinite(bounds), np.abs(bounds), 0.0)
-    return bool((slack >= -FEASIBILITY * (1.0 + size)).all())
-
-
 def _check_finite(problem: QuadraticProgram) -> None:
-    for name, array in zip("HfG", problem[:3], strict=True):
+    for name, array in (("H", problem.H), ("f", problem.f), ("G", problem.G)):
         if not np.isfinite(array).all():
             raise SolverError(f"the quadratic program's {name} holds a value that is not finite")
     if np.isnan(problem.lower).any() or np.isnan(problem.upper).any():

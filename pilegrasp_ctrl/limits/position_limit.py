@@ -33,7 +33,12 @@ class PositionLimit:
     name = "position"
 
     def __init__(
-        self, arm: ArmModel, rate: float, horizon_periods: float = 2.0, braking: Array | None = None
+        self,
+        arm: ArmModel,
+        rate: float,
+        horizon_periods: float = 2.0,
+        margin: float = 0.002,
+        braking: Array | None = None,
     ) -> None:
         """Fix the limit for control at `rate` [Hz].
 
@@ -41,13 +46,15 @@ class PositionLimit:
             arm: the arm.
             rate: control rate [Hz].
             horizon_periods: how far the bound looks ahead.
+            margin: kept from either limit, for what a period's constant acceleration leaves out [rad].
             braking: (nv,) deceleration that may be relied on [rad/s²]; `braking_acceleration(arm)` where absent.
         """
         braking = braking_acceleration(arm) if braking is None else np.asarray(braking, dtype=np.float64)
         speed = np.where(np.isfinite(arm.velocity_limit), arm.velocity_limit, 2.0)
         self.gain = braking / speed
         self.horizon = horizon_periods / rate
-        self._lower, self._upper = arm.q_lower, arm.q_upper
+        kept = np.minimum(margin, 0.25 * (arm.q_upper - arm.q_lower))
+        self._lower, self._upper = arm.q_lower + kept, arm.q_upper - kept
 
     def bounds(self) -> AffineBounds:
         """Return the bounds as a function of the state."""

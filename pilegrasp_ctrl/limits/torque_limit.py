@@ -23,12 +23,12 @@ class TorqueLimit:
     def __init__(self, arm: ArmModel) -> None:
         """Take the arm's limits."""
         self.torque = arm.torque_limit
+        self._negative = -arm.torque_limit
 
-    def write(self, constraint: Constraint, offset: Array) -> None:
-        """Fill the bounds of the rows G = M for `offset` (nv,), Coriolis, gravity and feed-forward torques [N·m]."""
-        np.subtract(self.torque, offset, out=constraint.upper)
-        np.add(self.torque, offset, out=constraint.lower)
-        np.negative(constraint.lower, out=constraint.lower)
+    def write(self, lower: Array, upper: Array, offset: Array) -> None:
+        """Fill the bounds (nv,) on M a for `offset` (nv,), Coriolis, gravity and feed-forward torques [N·m]."""
+        np.subtract(self._negative, offset, out=lower)
+        np.subtract(self.torque, offset, out=upper)
 
     def constraint(self, state: ArmState) -> Constraint:
         """Return the rows at one state, without feed-forward."""

@@ -12,7 +12,9 @@ class VelocityLimit:
     """Keeps |v| within the arm's limit at the end of a horizon: a <= (v_max - v) / horizon, and so below.
 
     A horizon of two control periods halves the distance to the limit each period instead of using it up in one, so
-    that what the model does not know cannot overshoot, and the bound does not chatter.
+    that the bound does not chatter. The torque is held while the arm moves on, so the acceleration that it was computed
+    for is not quite the one that follows; an error of d leaves the speed `horizon d` above where it should stay, and
+    the margin is for that: 2 % of 2 rad/s cover 10 rad/s² at 500 Hz.
 
     Attributes:
         name: how `active_limits` calls it.
@@ -22,7 +24,7 @@ class VelocityLimit:
 
     name = "velocity"
 
-    def __init__(self, arm: ArmModel, rate: float, horizon_periods: float = 2.0, margin: float = 0.01) -> None:
+    def __init__(self, arm: ArmModel, rate: float, horizon_periods: float = 2.0, margin: float = 0.02) -> None:
         """Fix the limit for control at `rate` [Hz]; `margin` is the fraction of the speed kept in reserve."""
         self.horizon = horizon_periods / rate
         self.speed = (1.0 - margin) * arm.velocity_limit

@@ -20,6 +20,7 @@ START_HEIGHT = 0.22
 START_BACK = 0.06
 """The attempt starts this far above the surface and behind the pre-grasp pose [m]."""
 PRE_GRASP_HEIGHT = 0.06
+HAND_HALF_WIDTH = 0.06
 LIFT_SPEED = 0.12
 HOLD_TIME = 1.0
 
@@ -75,14 +76,21 @@ def tool_rotation(yaw: float, theta: float) -> Array:
 def pile_extent(positions: Array, radius: float, center: Array, direction: Array) -> float:
     """Return how far the pile reaches back from its centre against the push [m], strays left out.
 
-    An object that rolled away from the others is not the pile's edge: the extent ends at the first gap, seen from the
-    centre, that is wider than an object.
+    Only objects in the hand's way count; and the extent ends at the first gap, seen from the centre, through which
+    half an object would fit.
+
+    Args:
+        positions: (n, 2) of the objects' centres [m].
+        radius: of an object [m].
+        center: (2,) of the pile [m].
+        direction: (2,) of the push.
     """
-    back = np.sort((center - positions) @ direction)
-    back = back[back > 0.0]
+    offset = positions - center
+    lateral = np.abs(offset @ np.array([-direction[1], direction[0]]))
+    back = np.sort(-offset[lateral < HAND_HALF_WIDTH + radius] @ direction)
     edge = 0.0
-    for distance in back:
-        if distance - edge > 4.0 * radius:
+    for distance in back[back > 0.0]:
+        if distance - edge > 3.0 * radius:
             break
         edge = float(distance)
     return edge + radius

@@ -12,13 +12,13 @@ import numpy as np
 
 from ..robots import description
 from ..types import MassProperties, Pose
-from .rbo_hand2 import build_rbo_hand2
-from .shovel import build_shovel
+from .rbo_hand2 import add_rbo_hand2
+from .shovel import add_shovel
 from .surface import Surface
 
-_BUILDERS: dict[str, Callable[[dict[str, Any]], mujoco.MjSpec]] = {
-    "rbo_hand2": build_rbo_hand2,
-    "shovel": build_shovel,
+_BUILDERS: dict[str, Callable[[mujoco.MjSpec, Any, dict[str, Any]], None]] = {
+    "rbo_hand2": add_rbo_hand2,
+    "shovel": add_shovel,
 }
 
 
@@ -43,9 +43,22 @@ class Hand:
         """
         return cls(name, description(f"hands/{name}"))
 
-    def build(self) -> mujoco.MjSpec:
-        """Return a spec whose body `sensor` carries the wrist sensor and the hand, in the flange's axes."""
-        return _BUILDERS[self.name](self.parameters)
+    def add_to(self, spec: mujoco.MjSpec, flange: Any) -> None:
+        """Mount the wrist sensor and the hand on the site `flange` of `spec`, as the body `sensor` and its children."""
+        body = flange.parent.add_body(name="sensor", pos=flange.pos, quat=flange.quat)
+        _BUILDERS[self.name](spec, body, self.parameters)
+
+    def alone(self) -> mujoco.MjSpec:
+        """Return a spec of sensor and hand on a fixed flange."""
+        spec = mujoco.MjSpec()
+        spec.compiler.degree = False
+        self.add_to(spec, spec.worldbody.add_site(name="flange"))
+        return spec
+
+    @property
+    def contact_geoms(self) -> tuple[str, ...]:
+        """Names of the geoms that touch objects and table: all but the sensor's housing and the shovel's bracket."""
+        return tuple(geom.name for geom in self.alone().geoms if geom.name not in ("sensor", "bracket"))
 
     @property
     def controller(self) -> str:
@@ -78,7 +91,7 @@ class Hand:
 
     def mass_properties(self) -> MassProperties:
         """Return mass, centre of mass and inertia of sensor and hand at rest, in the flange's axes."""
-        model = self.build().compile()
+        model = self.alone().compile()
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)

@@ -23,13 +23,12 @@ def frame_quaternion(x_axis: ArrayLike, z_hint: ArrayLike) -> Array:
     return quaternion
 
 
-def add_sensor(spec: mujoco.MjSpec, parameters: dict[str, Any]) -> Any:
-    """Add the body `sensor` with its housing, the site `wrist_sensor` at the flange, and the two sensors.
+def add_sensor(spec: mujoco.MjSpec, body: Any, parameters: dict[str, Any]) -> None:
+    """Give the body `sensor` its housing, the site `wrist_sensor` at the flange, and the two sensors.
 
     The force/torque sensors read the interaction between flange and sensor body, so the housing counts as tool.
     """
     top, bottom, radius = parameters["top"], parameters["bottom"], parameters["radius"]
-    body = spec.worldbody.add_body(name="sensor")
     body.add_geom(
         name="sensor",
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
@@ -43,4 +42,3 @@ def add_sensor(spec: mujoco.MjSpec, parameters: dict[str, Any]) -> Any:
     body.add_site(name="wrist_sensor", size=[0.005, 0.005, 0.005])
     for name, kind in (("wrist_force", mujoco.mjtSensor.mjSENS_FORCE), ("wrist_torque", mujoco.mjtSensor.mjSENS_TORQUE)):
         spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="wrist_sensor")
-    return body

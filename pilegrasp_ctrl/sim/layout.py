@@ -14,8 +14,8 @@ from ..types import Array, Pose
 
 SupportKind = Literal["none", "wall", "corner"]
 
-BASE_BELOW_TABLE = 0.2
-"""The table top is 0.2 m above the arm's base, where the wrist has room and the joints have margin [m]."""
+BASE_BELOW_TABLE = 0.25
+"""The table top is 0.25 m above the arm's base, where the wrist has room and the joints have margin [m]."""
 
 WALL_DISTANCE = 1.03
 """From the arm's axis to the wall, along the push of alpha = 0 [m]."""

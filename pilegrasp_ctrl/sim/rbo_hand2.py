@@ -20,11 +20,9 @@ BEND_RANGE = (-0.9, 1.6)
 ROTOR_INERTIA = 2e-6  # keeps the lightest fingertip joint well conditioned at 1 ms
 
 
-def build_rbo_hand2(parameters: dict[str, Any]) -> mujoco.MjSpec:
-    """Return the hand's spec from its `robot.toml`."""
-    spec = mujoco.MjSpec()
-    spec.compiler.degree = False
-    root = add_sensor(spec, parameters["sensor"])
+def add_rbo_hand2(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> None:
+    """Add sensor and hand to the body `root`, which lies in the flange's frame, from its `robot.toml`."""
+    add_sensor(spec, root, parameters["sensor"])
     _add_palm(root, parameters["palm"])
     fingers, thumb, pneumatics = parameters["fingers"], parameters["thumb"], parameters["pneumatics"]
     angle = np.radians(parameters["hand"]["finger_angle_deg"])
@@ -34,7 +32,6 @@ def build_rbo_hand2(parameters: dict[str, Any]) -> mujoco.MjSpec:
         _add_inflation(spec, name, fingers["segments"], pneumatics["closing_moment"], pneumatics)
     _add_finger(spec, root, "thumb", thumb, thumb["base"], thumb["tip"], thumb["bend_toward"], pneumatics)
     _add_inflation(spec, "thumb", thumb["segments"], pneumatics["thumb_closing_moment"], pneumatics)
-    return spec
 
 
 def _add_palm(root: Any, palm: dict[str, Any]) -> None:

@@ -43,9 +43,9 @@ class Scene:
     object_qpos: int
 
 
-def new_spec(timestep: float, count: int) -> mujoco.MjSpec:
-    """Return an empty spec with the numerics that all our models share."""
-    spec = mujoco.MjSpec()
+def new_spec(timestep: float, count: int, file: str | None = None) -> mujoco.MjSpec:
+    """Return a spec, empty or read from `file`, with the numerics that all our models share."""
+    spec = mujoco.MjSpec.from_file(file) if file else mujoco.MjSpec()
     spec.compiler.degree = False
     option = spec.option
     option.timestep = timestep
@@ -100,23 +100,18 @@ def add_objects(spec: mujoco.MjSpec, kind: ObjectKind, count: int, supports: lis
 def build_scene(scenario: Scenario, hand: Hand, kind: ObjectKind, layout: Layout) -> Scene:
     """Compile the scene of an attempt; the arm is the first tree, the hand the second part of it, then the objects."""
     rule = scenario.sim.contact_rule
-    spec = new_spec(scenario.sim.timestep, scenario.pile.count)
-    arm = mujoco.MjSpec.from_file(str(path(scenario.robot, f"{scenario.robot}.xml")))
-    arm_joints = len(arm.joints)
-    base = spec.worldbody.add_frame(pos=layout.transform_base_to_world.translation)
-    for body in arm.worldbody.bodies:
-        base.attach_body(body, "", "")
+    spec = new_spec(scenario.sim.timestep, scenario.pile.count, str(path(scenario.robot, f"{scenario.robot}.xml")))
+    arm_joints = len(spec.joints)
+    spec.body("base_link").pos = layout.transform_base_to_world.translation
+    hand.add_to(spec, spec.site("flange"))
     # The contact plane has no edge; where the table ends, these links reach below its height.
     for link in ("base_link", "link1", "link2", "link3"):
         spec.add_exclude(bodyname1="world", bodyname2=link)
-    hand_spec = hand.build()
-    spec.site("flange").attach_body(hand_spec.body("sensor"), "", "")
     supports = add_support(spec, layout)
     objects = add_objects(spec, kind, scenario.pile.count, supports, rule)
-    fingers = _contact_geoms(hand_spec)
     on_support = pair_parameters(combine(hand.surface, SUPPORT, rule))
     on_object = pair_parameters(combine(hand.surface, kind.surface, rule))
-    for finger in fingers:
+    for finger in hand.contact_geoms:
         for support in supports:
             add_pair(spec, finger, support, on_support, condim=4)
         for name in objects:
@@ -130,11 +125,6 @@ def build_scene(scenario: Scenario, hand: Hand, kind: ObjectKind, layout: Layout
         hand_bodies=hand_bodies,
         object_qpos=model.nq - 7 * len(objects),
     )
-
-
-def _contact_geoms(hand_spec: mujoco.MjSpec) -> list[str]:
-    """Return the hand's geoms that touch objects and table: all but the sensor's housing and the shovel's bracket."""
-    return [geom.name for geom in hand_spec.geoms if geom.name not in ("sensor", "bracket")]
 
 
 def _is_below(model: Any, body: int, ancestor: int) -> bool:

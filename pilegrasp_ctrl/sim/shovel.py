@@ -13,11 +13,9 @@ from .hand_parts import DARK, add_sensor, frame_quaternion
 PLASTIC = (0.20, 0.42, 0.62, 1.0)
 
 
-def build_shovel(parameters: dict[str, Any]) -> mujoco.MjSpec:
-    """Return the shovel's spec from its `robot.toml`."""
-    spec = mujoco.MjSpec()
-    spec.compiler.degree = False
-    root = add_sensor(spec, parameters["sensor"])
+def add_shovel(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> None:
+    """Add sensor and shovel to the body `root`, which lies in the flange's frame, from its `robot.toml`."""
+    add_sensor(spec, root, parameters["sensor"])
     scoop, hand = parameters["scoop"], parameters["hand"]
     angle = math.radians(hand["finger_angle_deg"])
     along = np.array([-math.sin(angle), 0.0, math.cos(angle)])
@@ -45,7 +43,6 @@ def build_shovel(parameters: dict[str, Any]) -> mujoco.MjSpec:
             conaffinity=0,
         )
     _add_bracket(root, parameters, hand["tool_origin"] - length * along + back * normal)
-    return spec
 
 
 def _add_bracket(root: Any, parameters: dict[str, Any], back_center: np.ndarray) -> None:

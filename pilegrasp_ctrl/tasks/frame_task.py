@@ -18,8 +18,6 @@ class FrameTask:
         sqrt_weight: (6,) square roots of the weights; zero leaves an axis free.
     """
 
-    size = 6
-
     def __init__(self, weight: ArrayLike = 1.0, mask: ArrayLike | None = None) -> None:
         """Fix the weights.
 
@@ -42,8 +40,8 @@ class FrameTask:
     def write(self, objective: Objective, state: ArmState, acceleration: Array) -> None:
         """Fill this task's six rows of `objective` for the wanted tool `acceleration` (6,) [m/s², rad/s²]."""
         np.multiply(state.J, self._column, out=objective.A)
-        np.subtract(acceleration, state.Jdot_v, out=objective.b)
-        np.multiply(objective.b, self.sqrt_weight, out=objective.b)
+        np.subtract(state.Jdot_v, acceleration, out=objective.c)
+        np.multiply(objective.c, self.sqrt_weight, out=objective.c)
 
 
 def pose_error(state: ArmState, reference: Reference) -> Array:

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..arm_state import ArmState
 from ..control.gains import Impedance
+from ..control.linear_algebra import inverse_square_root, solve_positive_definite
 from ..types import Array, Reference
 from .frame_task import FrameTask
 
@@ -21,9 +22,10 @@ class ImpedanceTask(FrameTask):
         Lambda (x'' - a_ref) = K e + D e' + F_des + F_env,    e' = v_ref - v,
 
     which needs no measured wrench: the environment adds F_env by itself. The springs' part of D damps each mode of
-    (Lambda, K) at the same ratio: D = 2 ratio (Lambda # K), the geometric mean of the two matrices, as in Albu-Schäffer,
-    Ott, Frese and Hirzinger, "Cartesian impedance control of redundant robots", ICRA 2003. With `inertia`, that
-    diagonal inertia stands in place of Lambda, and the measured wrench is cancelled and put to act on it.
+    (Lambda, K) at the same ratio: D = 2 ratio (Lambda # K), with the geometric mean of the two matrices, which is
+    the double diagonalisation of Albu-Schäffer, Ott, Frese and Hirzinger, "Cartesian impedance control of
+    redundant robots: recent results with the DLR-light-weight-arms", ICRA 2003. With `inertia`, that diagonal inertia
+    stands in place of Lambda, and the measured wrench is cancelled and put to act on it.
     """
 
     def __init__(self, impedance: Impedance, weight: ArrayLike = 1.0, mask: ArrayLike | None = None) -> None:
@@ -36,8 +38,15 @@ class ImpedanceTask(FrameTask):
             raise TypeError(f"impedance control takes an Impedance in N/m and N·m/rad, not {type(impedance).__name__}")
         super().__init__(weight, mask)
         self.impedance = impedance
-        self._sprung = np.flatnonzero(impedance.stiffness)
-        self._root = np.sqrt(impedance.stiffness[self._sprung])
+        sprung = np.flatnonzero(impedance.stiffness)
+        root = np.sqrt(impedance.stiffness[sprung])
+        self._block = np.ix_(sprung, sprung)
+        self._outer = np.outer(root, root)
+        self._floor = _SLOWEST_MODE**2 * np.eye(len(sprung))
+        self._viscous = np.diag(impedance.damping)
+        if impedance.inertia is not None:
+            critical = 2.0 * np.sqrt(impedance.stiffness * impedance.inertia)
+            self._shaped_damping = impedance.damping_ratio * critical + impedance.damping
 
     def acceleration(
         self, state: ArmState, reference: Reference, error: Array, desired_force: Array, wrench: Array
@@ -52,26 +61,27 @@ class ImpedanceTask(FrameTask):
             wrench: (6,) what the environment does to the hand, at the tool's origin [N, N·m]; used where the
                 impedance has an inertia.
         """
-        gains = self.impedance
+        impedance = self.impedance
         rate = reference.twist - state.twist
-        force = gains.stiffness * error + gains.damping * rate + desired_force
-        if gains.inertia is not None:
-            force += 2.0 * gains.damping_ratio * np.sqrt(gains.stiffness * gains.inertia) * rate
-            return reference.acceleration + (force + wrench) / gains.inertia
-        mobility = state.J.dot(np.linalg.solve(state.M, state.J.T))
-        force += self._damping_force(mobility, rate)
+        force = impedance.stiffness * error
+        force += desired_force
+        if impedance.inertia is not None:
+            force += self._shaped_damping * rate
+            force += wrench
+            return reference.acceleration + force / impedance.inertia
+        mobility = state.J.dot(solve_positive_definite(state.M, state.J.T))
+        force += self.damping(mobility).dot(rate)
         return reference.acceleration + mobility.dot(force)
 
-    def _damping_force(self, mobility: Array, rate: Array) -> Array:
-        """Return D e' for D = 2 ratio K^½ (K^½ Lambda⁻¹ K^½)^-½ K^½, on the axes that have a spring.
+    def damping(self, mobility: Array) -> Array:
+        """Return D (6, 6) [N·s/m, N·m·s/rad] for the tool's mobility Lambda⁻¹ (6, 6).
 
-        The eigenvalues of the bracket are the squares of the modes' natural frequencies; at a singular posture one is
-        zero, so they are kept off it: the mobility multiplies the force afterwards and leaves a finite acceleration.
+        On the axes that have a spring, Lambda # K = K^½ (K^½ Lambda⁻¹ K^½)^-½ K^½. The bracket's eigenvalues are the
+        squares of the modes' natural frequencies [rad²/s²]. At a singular posture one is zero; it is kept off that,
+        and the acceleration stays finite because the mobility multiplies the force afterwards.
         """
-        sprung, root = self._sprung, self._root
-        force = np.zeros(6)
-        squares, modes = np.linalg.eigh(root[:, None] * mobility[np.ix_(sprung, sprung)] * root)
-        frequencies = np.sqrt(np.maximum(squares, _SLOWEST_MODE**2))
-        modal = modes.T.dot(root * rate[sprung]) / frequencies
-        force[sprung] = 2.0 * self.impedance.damping_ratio * root * modes.dot(modal)
-        return force
+        damping = self._viscous.copy()
+        stiff_mobility = mobility[self._block] * self._outer
+        stiff_mobility += self._floor
+        damping[self._block] += 2.0 * self.impedance.damping_ratio * self._outer * inverse_square_root(stiff_mobility)
+        return damping

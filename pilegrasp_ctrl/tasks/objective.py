@@ -8,14 +8,14 @@ from ..types import Array
 
 
 class Objective(NamedTuple):
-    """The cost |A a - b|² of the joint accelerations a; a task's weight enters its rows as a square root.
+    """The cost |A a + c|² of the joint accelerations a; a task's weight enters its rows as a square root.
 
     Rows rather than H = Aᵀ A: all tasks then share one product, and a weight stays visible.
 
     Attributes:
         A: (m, nv) rows.
-        b: (m,) their targets.
+        c: (m,) what the rows are at a = 0.
     """
 
     A: Array
-    b: Array
+    c: Array

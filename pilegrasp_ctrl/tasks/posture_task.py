@@ -9,17 +9,17 @@ from numpy.typing import ArrayLike
 
 from ..exceptions import ConfigurationError
 from ..types import Array, frozen_array
-from .objective import Objective
 
 
 class PostureTask:
     """Rows sqrt(weight) (a - stiffness (q* - q) + damping v).
 
     The weight is small against the tool's: it decides where the tool leaves a choice, and it bounds the joint
-    accelerations near singular postures as damped least squares do.
+    accelerations near singular postures as damped least squares do. Its rows are affine in the state, so that a
+    controller evaluates them in one product with the limits' bounds.
 
     Attributes:
-        target: (nv,) the preferred joint positions [rad]; None only damps.
+        target: (nv,) the preferred joint positions q* [rad]; None only damps.
         stiffness: [1/s²].
         damping: 2 damping_ratio sqrt(stiffness) [1/s].
         weight: relative to other tasks.
@@ -45,31 +45,24 @@ class PostureTask:
         self.stiffness = float(stiffness)
         self.damping = 2.0 * damping_ratio * sqrt(stiffness)
         self.weight = float(weight)
-        self._sqrt_weight = sqrt(weight)
+        self.sqrt_weight = sqrt(weight)
 
-    def acceleration(self, q: Array, v: Array, target: Array | None = None) -> Array:
-        """Return (nv,) the wanted joint accelerations toward `target`, the task's own where absent [rad/s²]."""
-        wanted = v * -self.damping
-        target = self.target if target is None else target
-        if target is not None:
-            spring = target - q
-            spring *= self.stiffness
-            wanted += spring
-        return wanted
+    def affine(self, nv: int) -> tuple[Array, Array]:
+        """Return (2 nv, 2 nv) and (2 nv,): two blocks of rows affine in x = [q; v].
 
-    def write_matrix(self, objective: Objective) -> None:
-        """Fill this task's rows of the matrix, which do not depend on the state."""
-        objective.A[:] = self._sqrt_weight * np.eye(len(objective.b))
+        The first block is `c` of the objective, `sqrt(weight) (damping v - stiffness (q* - q))`. The second is the
+        velocity toward the posture, `sqrt(weight) stiffness / damping (q* - q)`, the slow mode of spring and damper.
+        """
+        identity, zero = np.eye(nv), np.zeros((nv, nv))
+        spring = zero if self.target is None else self.sqrt_weight * self.stiffness * identity
+        damper = self.sqrt_weight * self.damping * identity
+        pull = spring @ (np.zeros(nv) if self.target is None else self.target)
+        matrix = np.block([[spring, damper], [-spring / self.damping, zero]])
+        return matrix, np.concatenate((-pull, pull / self.damping))
 
-    def write(self, objective: Objective, q: Array, v: Array, target: Array | None = None) -> None:
-        """Fill this task's targets for the present state."""
-        np.multiply(self.acceleration(q, v, target), self._sqrt_weight, out=objective.b)
-
-    def write_velocity(self, out: Array, q: Array, target: Array | None = None) -> None:
-        """Fill `out` (nv,) with this task's rows for velocities: the slow mode of its spring and damper."""
-        target = self.target if target is None else target
-        if target is None:
-            out.fill(0.0)
-        else:
-            np.subtract(target, q, out=out)
-            out *= self._sqrt_weight * self.stiffness / self.damping
+    def retarget(self, rows: Array, q: Array, target: Array) -> None:
+        """Change the values `rows` (2, nv) of `affine` at joint positions `q` to those for another `target` (nv,)."""
+        shift = target - (q if self.target is None else self.target)
+        shift *= self.sqrt_weight * self.stiffness
+        rows[0] -= shift
+        rows[1] += shift / self.damping

@@ -1,0 +1,215 @@
+"""The page in a real browser: opened from a file with the network off, it draws, plays, seeks and stays quiet."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from browser import Browser, find_chromium
+from scipy.spatial.transform import Rotation
+from synthetic_recording import WALL_X, synthetic
+
+from pilegrasp_ctrl.viewer import write_html
+from pilegrasp_ctrl.viewer.commands import node_path
+
+pytestmark = pytest.mark.browser
+
+PIXELS = """(() => {
+  pilegrasp.viewer.render();
+  const source = document.querySelector("#pane canvas");
+  const copy = document.createElement("canvas");
+  [copy.width, copy.height] = [160, 100];
+  const pen = copy.getContext("2d");
+  pen.drawImage(source, 0, 0, copy.width, copy.height);
+  const bytes = pen.getImageData(0, 0, copy.width, copy.height).data;
+  const seen = new Set();
+  let opaque = 0;
+  for (let k = 0; k < bytes.length; k += 4) {
+    seen.add((bytes[k] << 16) | (bytes[k + 1] << 8) | bytes[k + 2]);
+    opaque += bytes[k + 3] > 250;
+  }
+  const box = source.getBoundingClientRect();
+  return { colors: seen.size, opaque: opaque / (160 * 100), width: box.width, height: box.height };
+})()"""
+
+POSES = """(() => {
+  const scene = pilegrasp.viewer.scene;
+  scene.updateMatrixWorld(true);
+  const toScene = scene.matrixWorld.clone().invert();
+  return PATHS.map((path) => {
+    const node = pilegrasp.viewer.scene_tree.find(path.split("/").filter(Boolean)).object;
+    return toScene.clone().multiply(node.matrixWorld).elements;
+  });
+})()"""
+
+CHILDREN = 'Object.keys(pilegrasp.viewer.scene_tree.find(["FOLDER"]).children).length'
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    executable = find_chromium()
+    if executable is None:
+        reason = "Chromium is not installed; install it or name one in PILEGRASP_CHROMIUM"
+        if os.environ.get("CI") == "true":
+            pytest.fail(reason)
+        pytest.skip(reason)
+    return executable
+
+
+@pytest.fixture(scope="module")
+def browser(chromium):
+    with Browser(chromium) as process:
+        yield process
+
+
+@pytest.fixture(scope="module")
+def attempt():
+    return synthetic()
+
+
+@pytest.fixture(scope="module")
+def file(attempt, tmp_path_factory):
+    path = tmp_path_factory.mktemp("pages") / "attempt.html"
+    write_html(attempt, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def opened(browser, file):
+    """The page, loaded once; it has begun to play by itself."""
+    browser.open(file)
+    browser.wait_for("pilegrasp.playing() && pilegrasp.time() > 0.2")
+    return browser
+
+
+@pytest.fixture
+def paused(opened):
+    opened.resize(1280, 800)
+    opened.evaluate("pilegrasp.pause(); pilegrasp.seek(0)")
+    return opened
+
+
+def assert_quiet(browser, file):
+    assert browser.complaints() == []
+    elsewhere = [address for address in browser.requests() if not address.startswith("data:")]
+    assert set(elsewhere) <= {file.resolve().as_uri()}
+
+
+def test_the_animation_stops_at_its_end_and_starts_over(paused):
+    paused.evaluate("pilegrasp.seek(9.9); pilegrasp.play()")
+    paused.wait_for("!pilegrasp.playing()")
+    paused.wait_for("document.getElementById('play').textContent === 'Replay'")
+    assert paused.evaluate("pilegrasp.time()") == pytest.approx(10.0, abs=1e-3)
+    assert paused.evaluate("parseFloat(document.querySelector('.cursor').style.left)") == pytest.approx(100.0, abs=0.1)
+    paused.evaluate("document.getElementById('play').click()")
+    paused.wait_for("pilegrasp.playing() && pilegrasp.time() < 5")
+
+
+@pytest.mark.parametrize(("width", "height", "dark"), [(1280, 800, False), (400, 850, True)])
+def test_the_page_draws_hand_and_pile_on_a_screen_and_on_a_phone(paused, file, width, height, dark):
+    paused.resize(width, height, dark)
+    paused.wait_for_picture()
+    picture = paused.evaluate(PIXELS)
+    # The sky is the page's; the canvas leaves it open.
+    assert picture["colors"] > 300
+    assert 0.3 < picture["opaque"] < 1.0
+    assert 0.5 * width < picture["width"] <= width
+    assert 0.25 * height < picture["height"] < height
+    assert paused.evaluate("document.documentElement.scrollWidth") <= width
+    points = [[0.45, 0.0, 0.1], [0.7, 0.0, 0.03], [WALL_X, 0.0, 0.1], [0.78, 0.0, 0.25]]
+    places = paused.evaluate(f"""{points}.map((p) => {{
+      const point = new MeshCat.THREE.Vector3(p[0], p[2], -p[1]).project(pilegrasp.viewer.camera);
+      return [point.x, point.y];
+    }})""")
+    assert np.abs(places).max() < 1.0
+    assert np.ptp(np.array(places)[:, 0]) > 0.4
+    assert_quiet(paused, file)
+
+
+def test_the_scene_tree_holds_every_body(paused, attempt):
+    roles = [body.role for body in attempt.bodies]
+    counts = {"Objects": "object", "Arm": "arm", "Hand": "hand", "Support": "support", "Sensor": "sensor"}
+    for folder, role in counts.items():
+        assert paused.evaluate(CHILDREN.replace("FOLDER", folder)) == roles.count(role)
+    assert paused.evaluate('pilegrasp.viewer.scene_tree.find(["Grid"]).object.visible') is False
+
+
+def test_the_browser_shows_the_recorded_poses(paused, attempt):
+    script = POSES.replace("PATHS", str([node_path(k, body) for k, body in enumerate(attempt.bodies)]))
+    for frame in (0, 101, 197, 299):
+        paused.evaluate(f"pilegrasp.seek({attempt.frame_time[frame]})")
+        matrices = np.reshape(paused.evaluate(script), (-1, 4, 4)).transpose(0, 2, 1)
+        drift = np.linalg.norm(matrices[:, :3, 3] - attempt.body_position[frame], axis=1)
+        recorded = Rotation.from_quat(attempt.body_quaternion[frame], scalar_first=True)
+        turn = (Rotation.from_matrix(matrices[:, :3, :3]) * recorded.inv()).magnitude()
+        assert drift.max() < 0.2e-3 + 1e-5
+        assert turn.max() < np.deg2rad(0.5) + 1e-4
+
+
+def test_a_click_on_the_strip_moves_scene_cursor_and_text(paused):
+    paused.evaluate("pilegrasp.play()")
+    box = paused.evaluate("document.querySelector('.plot').getBoundingClientRect().toJSON()")
+    x, y = box["left"] + 0.5 * box["width"], box["top"] + 0.5 * box["height"]
+    for kind in ("mousePressed", "mouseReleased"):
+        paused.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+    paused.wait_for("!pilegrasp.playing()")
+    assert paused.evaluate("pilegrasp.viewer.animator.time") == pytest.approx(5.0, abs=0.05)
+    cursors = paused.evaluate("[...document.querySelectorAll('.cursor')].map((c) => parseFloat(c.style.left))")
+    assert len(cursors) == 4
+    assert cursors == pytest.approx([50.0] * 4, abs=0.5)
+    assert "push" in paused.evaluate("document.getElementById('now').textContent")
+    paused.evaluate("document.querySelectorAll('[data-seek]')[3].click()")
+    assert paused.evaluate("pilegrasp.time()") == pytest.approx(7.6, abs=1e-3)
+    assert paused.evaluate("document.querySelector('tr.now').textContent").startswith("lift")
+
+
+def test_the_keyboard_steps_and_plays(paused):
+    def press(key):
+        paused.evaluate(f"document.body.dispatchEvent(new KeyboardEvent('keydown', {{key: {key!r}, bubbles: true}}))")
+
+    paused.evaluate("pilegrasp.seek(5)")
+    press("ArrowRight")
+    assert paused.evaluate("pilegrasp.time()") == pytest.approx(5.0 + 1 / 30, abs=1e-3)
+    press(" ")
+    assert paused.evaluate("pilegrasp.playing()") is True
+    press(" ")
+    assert paused.evaluate("pilegrasp.playing()") is False
+
+
+def test_the_page_cannot_reach_the_network(paused):
+    blocked = paused.evaluate("""new Promise((done) => {
+      document.addEventListener("securitypolicyviolation", (event) => done(event.effectiveDirective));
+      fetch("http://127.0.0.1:9/").catch(() => {});
+    })""")
+    assert blocked == "connect-src"
+
+
+def test_hostile_names_run_nothing(browser, tmp_path):
+    hostile = '</script><script>window.pwned=1</script><img src="http://127.0.0.1:9/x" onerror="window.pwned=1">'
+    plain = synthetic(frames=10, objects=6)
+    names = [hostile, "__proto__", "constructor", *(f"b{k}" for k in range(len(plain.bodies) - 3))]
+    bodies = tuple(replace(body, name=name) for body, name in zip(plain.bodies, names, strict=True))
+    outcomes = [{"name": hostile, "status": "failed", "trigger": hostile, "start": 0.0, "end": 6.0}]
+    meta = {"scenario": hostile, "reason": hostile, "config": {hostile: hostile}, "outcomes": outcomes}
+    file = tmp_path / "hostile.html"
+    write_html(replace(plain, meta=meta, bodies=bodies), file)
+    browser.open(file)
+    assert browser.evaluate("typeof window.pwned") == "undefined"
+    assert browser.evaluate("document.images.length") == 0
+    assert browser.evaluate(PIXELS)["colors"] > 300
+    assert browser.evaluate(CHILDREN.replace("FOLDER", "Objects")) == 6
+    assert_quiet(browser, file)
+
+
+def test_without_webgl_the_strip_and_the_table_remain(chromium, file):
+    with Browser(chromium, "--disable-3d-apis") as blind:
+        blind.open(file, 800, 600)
+        assert blind.evaluate("document.getElementById('blank').checkVisibility()") is True
+        assert blind.evaluate("document.querySelector('.plot polyline').getBoundingClientRect().width") > 300
+        assert "Success" in blind.evaluate("document.querySelector('header').textContent")
+        blind.evaluate("document.querySelectorAll('[data-seek]')[1].click()")
+        assert blind.evaluate("parseFloat(document.querySelector('.cursor').style.left)") == pytest.approx(
+            22.0, abs=0.1
+        )
