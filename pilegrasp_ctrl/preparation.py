@@ -115,6 +115,7 @@ def _tool(hand: Hand) -> Tool:
         normal_force=use["normal_force"],
         preshape=use["preshape"],
         closing_time=use["closing_time"],
+        advance=use["advance"],
         scoop_angle=hand.scoop_angle,
         heel=use["heel"],
     )

@@ -15,7 +15,7 @@ from pilegrasp_ctrl.viewer.summary import Phase, plain
 
 # The curve is drawn in a box of this many units, stretched to the page; strokes keep their width.
 WIDTH, HEIGHT = 1000.0, 100.0
-_BINS = 400
+_BINS = 250
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +51,7 @@ def nice_ticks(low: float, high: float, count: int) -> list[float]:
 
 
 def thinned(time: NDArray[np.float64], value: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return at most 2 x 400 samples, the smallest and the largest of each bin, so that no peak is lost."""
+    """Return at most 2 x 250 samples, the smallest and the largest of each bin, so that no peak is lost."""
     if len(time) <= 2 * _BINS:
         return time, value
     edges = np.linspace(0, len(time), _BINS + 1).astype(int)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import daqp
-import numpy as np
 
 from ..types import Array
 from .qp import QuadraticProgram
@@ -18,14 +17,8 @@ class DaqpSolver:
 
     name = "daqp"
 
-    def __init__(self) -> None:
-        """Prepare nothing but the kinds of the rows, which are made once a size."""
-        self._inequalities: dict[int, Array] = {}
-
     def solve(self, problem: QuadraticProgram) -> Array | None:
         """Return x (n,), or None where DAQP finds none."""
         H, f, G, lower, upper = problem
-        rows = len(lower)
-        sense = self._inequalities.setdefault(rows, np.zeros(rows, dtype=np.int32))
-        x, _, flag, _ = daqp.solve(H, f, G, upper, lower, sense, iter_limit=1000)
+        x, _, flag, _ = daqp.solve(H, f, G, upper, lower, iter_limit=1000)
         return x if flag > 0 else None

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..arm_model import ArmModel
 from ..arm_state import ArmState
-from ..exceptions import ConfigurationError
+from ..exceptions import ConfigurationError, ModelError, PilegraspError
 from ..tasks.frame_task import pose_error
 from ..tasks.impedance_task import ImpedanceTask
 from ..tasks.posture_task import PostureTask
@@ -79,14 +79,18 @@ class ImpedanceController:
             desired_force: (6,) in place of the impedance's own, for this period [N, N·m].
 
         Raises:
-            ModelError: where q or v has a wrong shape or holds a value that is not finite.
-            ConfigurationError: where the wrench or the desired force does.
+            ModelError: where the observation has a wrong shape or holds a value that is not finite.
+            ConfigurationError: where the posture or the desired force has or does.
         """
         state = self.arm.update(observation.q, observation.v) if state is None else state
         gains = self._task.impedance
-        force = gains.desired_force if desired_force is None else _six(desired_force, "desired_force")
+        force = (
+            gains.desired_force if desired_force is None else _six(desired_force, "desired_force", ConfigurationError)
+        )
         shaped = gains.inertia is not None
-        wrench = _dead_band(_six(observation.wrench, "wrench"), gains.dead_band) if shaped else observation.wrench
+        wrench = observation.wrench
+        if shaped:
+            wrench = _dead_band(_six(wrench, "the observed wrench", ModelError), gains.dead_band)
         error = pose_error(state, reference)
         dynamics = self._dynamics
         dynamics.assemble(state, self._task.acceleration(state, reference, error, force, wrench), posture)
@@ -97,10 +101,10 @@ class ImpedanceController:
         return dynamics.solve(state, feedforward)
 
 
-def _six(value: ArrayLike, name: str) -> Array:
+def _six(value: ArrayLike, name: str, error: type[PilegraspError]) -> Array:
     array = np.asarray(value, dtype=np.float64)
     if array.shape != (6,) or not isfinite(array.dot(array)):
-        raise ConfigurationError(f"{name} must be six finite numbers, force first; it is {array.tolist()}")
+        raise error(f"{name} must be six finite numbers, force first; it is {array.tolist()}")
     return array
 
 

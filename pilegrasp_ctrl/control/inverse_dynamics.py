@@ -88,11 +88,22 @@ class InverseDynamics:
         return self._program
 
     def assemble(self, state: ArmState, wanted: Array, posture: Array | None = None) -> None:
-        """Write the cost and the bounds on a, for the wanted tool acceleration (6,) and a posture (nv,)."""
+        """Write the cost and the bounds on a.
+
+        Args:
+            state: the arm.
+            wanted: (6,) acceleration of the tool [m/s², rad/s²].
+            posture: (nv,) in place of the posture task's target [rad].
+
+        Raises:
+            ConfigurationError: where the posture has a wrong shape or holds a value that is not finite.
+        """
         values = self._values
         np.dot(self._matrix, state.x, out=values)
         np.add(values, self._offset, out=values)
         if posture is not None:
+            if np.shape(posture) != state.q.shape or not np.isfinite(posture).all():
+                raise ConfigurationError(f"the posture must be {self.arm.nv} finite numbers; it is {posture}")
             self._posture.retarget(self._posture_values, state.q, posture)
         self._bounds.intersect(self._bound_values, self._lower, self._upper)
         self._task.write(self._tool_rows, state, wanted)

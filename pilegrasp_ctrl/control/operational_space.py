@@ -86,6 +86,7 @@ class OperationalSpaceController:
 
         Raises:
             ModelError: where the observation has a wrong shape or holds a value that is not finite.
+            ConfigurationError: where the posture has or does.
         """
         state = self.arm.update(observation.q, observation.v) if state is None else state
         error = pose_error(state, reference)

@@ -10,30 +10,29 @@ from ..types import Array
 from .qp import QuadraticProgram
 
 _INFINITY = 1e30
-_REFUSED = {
-    osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE,
-    osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE_INACCURATE,
-    osqp.SolverStatus.OSQP_NON_CVX,
-}
+_STAGES = (1e-5, 1e-7, 1e-9)
 _SETTINGS = {
     "verbose": False,
-    # At the default 1e-3 limits are exceeded by a per mille and the weakly weighted posture is lost.
-    "eps_abs": 1e-9,
-    "eps_rel": 1e-9,
-    "max_iter": 20000,
+    "rho": 10.0,
+    "max_iter": 4000,
     "check_termination": 10,
     "scaling": 0,
-    # Polishing prints to standard output whenever no bound is active.
+    # The default calls tight but feasible programs infeasible.
+    "eps_prim_inf": 1e-7,
+    # Its own polishing prints to standard output whenever no bound is active.
     "polishing": False,
 }
+_INFEASIBLE = osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE
+_EXACT = 1e-9
 
 
 class OsqpSolver:
-    """Keeps one workspace for each size of program.
+    """Keeps one workspace for each size of program, and sharpens what the method found.
 
     The method converges slowly where the cost's curvature differs between directions, and here it differs by the ratio
     of tool to posture weight. It is therefore given y = Lᵀ x with L Lᵀ = H, in which the cost is a sphere, and rows of
-    unit length.
+    unit length. It stops as soon as it knows which bounds are active: with these as equations the optimum follows in
+    closed form, and its multipliers tell whether they were the right ones.
 
     Attributes:
         name: "osqp".
@@ -58,7 +57,11 @@ class OsqpSolver:
         upper = np.minimum(problem.upper[bounded] * scale, _INFINITY)
         if not (lower <= upper).all():
             return None
-        q = inverse @ problem.f
+        y = self._minimise(inverse @ problem.f, rows, lower, upper)
+        return None if y is None else inverse.T @ y
+
+    def _minimise(self, q: Array, rows: Array, lower: Array, upper: Array) -> Array | None:
+        """Return the y that minimises ½ |y|² + qᵀ y under lower <= rows y <= upper."""
         workspace = self._workspaces.get(rows.shape)
         if workspace is None:
             workspace = self._workspaces[rows.shape] = _workspace(rows, q, lower, upper)
@@ -66,8 +69,31 @@ class OsqpSolver:
             workspace.update(q=q, Ax=rows.T.ravel(), l=lower, u=upper)
         # Each program starts from the same point, so that an answer does not depend on those before it.
         workspace.warm_start(x=np.zeros(len(q)), y=np.zeros(len(lower)))
-        result = workspace.solve(raise_error=False)
-        return None if result.info.status_val in _REFUSED else inverse.T @ result.x
+        for tolerance in _STAGES:
+            workspace.update_settings(rho=_SETTINGS["rho"], eps_abs=tolerance, eps_rel=tolerance)
+            result = workspace.solve(raise_error=False)
+            if result.info.status_val == _INFEASIBLE:
+                return None
+            y = _sharpen(q, rows, lower, upper, result.y)
+            if y is not None:
+                return y
+        return np.array(result.x)
+
+
+def _sharpen(q: Array, rows: Array, lower: Array, upper: Array, multipliers: Array) -> Array | None:
+    """Return the optimum if the bounds with a multiplier are those that are active in it, else None."""
+    active = np.abs(multipliers) > _EXACT
+    at_upper = multipliers[active] > 0.0
+    chosen = rows[active]
+    y, exact = -q, np.zeros(len(chosen))
+    if len(chosen):
+        gap = chosen @ q + np.where(at_upper, upper[active], lower[active])
+        exact = np.asarray(-np.linalg.lstsq(chosen @ chosen.T, gap, rcond=None)[0], dtype=np.float64)
+        y = y - chosen.T @ exact
+    values = rows @ y
+    size = 1.0 + np.abs(values)
+    feasible = (values >= lower - _EXACT * size).all() and (values <= upper + _EXACT * size).all()
+    return y if feasible and (np.where(at_upper, exact, -exact) >= -_EXACT).all() else None
 
 
 def _workspace(rows: Array, q: Array, lower: Array, upper: Array) -> osqp.OSQP:

@@ -35,6 +35,7 @@ class Tool:
         normal_force: desired force on the support [N].
         preshape: closure before the grasp.
         closing_time: [s].
+        advance: how far the reference goes on along the push while the hand closes [m].
         scoop_angle: how far to tilt back [rad].
         heel: from the leading edge to the heel [m].
     """
@@ -44,6 +45,7 @@ class Tool:
     normal_force: float
     preshape: float
     closing_time: float
+    advance: float
     scoop_angle: float
     heel: float
 
@@ -125,7 +127,7 @@ def pile_strategy(
     )
     primitives: tuple[Primitive, ...] = (approach, push)
     if grasp:
-        closing = Grasp(tool.closing_time, tool.scoop_angle, tool.heel, theta)
+        closing = Grasp(tool.closing_time, tool.advance * direction, tool.scoop_angle, tool.heel, theta)
         primitives += (closing, Lift(config.lift_height, LIFT_SPEED, HOLD_TIME))
     far = Pose(touch + travel * direction, rotation)
     return Plan(start, primitives, (pre_grasp, Pose(touch, rotation), far), tool.preshape, direction)

@@ -81,6 +81,8 @@ class ImpedanceTask(FrameTask):
         and the acceleration stays finite because the mobility multiplies the force afterwards.
         """
         damping = self._viscous.copy()
+        if not self._outer.size:
+            return damping
         stiff_mobility = mobility[self._block] * self._outer
         stiff_mobility += self._floor
         damping[self._block] += 2.0 * self.impedance.damping_ratio * self._outer * inverse_square_root(stiff_mobility)
