@@ -24,6 +24,7 @@ _JOINT_KEYS = {
     "friction_coulomb": "friction_coulomb",
     "friction_viscous": "friction_viscous",
 }
+_WORLD = pin.Convention.WORLD
 _WORLD_ALIGNED = pin.LOCAL_WORLD_ALIGNED
 
 
@@ -243,8 +244,8 @@ class ArmModel:
             raise ModelError(f"{self.name}: q or v holds a value that is not finite: {x.tolist()}")
         q, v = x[:nv], x[nv:]
         model, data, frame = self._model, self._data, self._frame
-        pin.computeJointJacobians(model, data, q)
-        M = pin.crba(model, data, q)
+        # In world convention the composite rigid bodies leave the joint Jacobians behind.
+        M = pin.crba(model, data, q, _WORLD)
         h = pin.nonLinearEffects(model, data, q, v)
         pin.forwardKinematics(model, data, q, v, self._zero)
         placement = pin.updateFramePlacement(model, data, frame)

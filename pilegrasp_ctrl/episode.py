@@ -178,7 +178,7 @@ class _Loop:
             if ending is not None:
                 status = "failed" if ending.failed else "ended"
                 return Outcome(primitive.name, status, ending.trigger, begun.time, sensed.time, travel, peak)
-            self._target = phase.target(observation.time)
+            self._target = phase.target(sensed)
             output = attempt.control(observation, self._target, state)
             self._ticks.append(time.perf_counter() - tick)
             torque = output.command.torque

@@ -75,15 +75,14 @@ def test_torque_rows_hold_exactly_the_torques_within_the_limit(arm):
     a = np.linalg.solve(state.M, arm.torque_limit - state.h)
     np.testing.assert_allclose(rows.G @ a, rows.upper, atol=1e-9)
     offset = np.linspace(-3.0, 3.0, arm.nv)
-    lower, upper = np.zeros(arm.nv), np.zeros(arm.nv)
-    TorqueLimit(arm).write(lower, upper, offset)
-    np.testing.assert_allclose(upper + offset, arm.torque_limit)
-    np.testing.assert_allclose(lower + offset, -arm.torque_limit)
+    bounds = np.zeros((2, arm.nv))
+    TorqueLimit(arm).write(bounds, offset)
+    np.testing.assert_allclose(bounds + offset, [-arm.torque_limit, arm.torque_limit])
 
 
 def intersect(bounds, q, v):
     n = len(q)
-    values = (bounds.matrix @ np.concatenate((q, v)) + bounds.offset).reshape(-1, 2, n)
+    values = bounds.split(bounds.matrix @ np.concatenate((q, v)) + bounds.offset)
     lower, upper = np.zeros(n), np.zeros(n)
     bounds.intersect(values, lower, upper)
     return values, lower, upper

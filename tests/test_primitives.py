@@ -10,6 +10,7 @@ from pilegrasp_ctrl.primitives.lift import Lift
 from pilegrasp_ctrl.primitives.move import Move
 from pilegrasp_ctrl.primitives.primitive import Sensed, Target
 from pilegrasp_ctrl.primitives.push import Push
+from pilegrasp_ctrl.primitives.scoop import Scoop
 from pilegrasp_ctrl.primitives.strategy import Tool, line_plan, pile_extent, pile_strategy, tool_rotation
 from pilegrasp_ctrl.types import Pose, Reference
 
@@ -28,13 +29,13 @@ def still(pose=HERE, closure=0.3):
 
 APPROACH = Approach(HERE.moved([0.1, 0.0, -0.19]), 0.06, 0.15, 0.05, 1.8, 0.3)
 PUSH = Push(X, 0.1, 17.0, 0.3, 0.006, 0.0, 0.3)
-PRIMITIVES = [APPROACH, PUSH, Grasp(2.0, 0.04 * X), Grasp(0.0, 0.0 * X, 0.8, 0.11, 0.17), Lift(0.2, 0.12, 1.0), Move(0.3 * X, 0.1)]
+PRIMITIVES = [APPROACH, PUSH, Grasp(2.0, X, 0.1, 17.0, 0.06), Scoop(0.8, 0.11, 0.17), Lift(0.2, 0.12, 1.0), Move(0.3 * X, 0.1)]
 
 
 @pytest.mark.parametrize("primitive", PRIMITIVES, ids=lambda primitive: primitive.name)
 def test_the_reference_continues_where_the_last_one_was_and_never_jumps(primitive):
     phase = primitive.begin(sensed(3.0), still())
-    targets = [phase.target(3.0 + 0.002 * k) for k in range(3000)]
+    targets = [phase.target(sensed(3.0 + 0.002 * k)) for k in range(3000)]
     np.testing.assert_allclose(targets[0].reference.pose.translation, HERE.translation, atol=1e-12)
     np.testing.assert_allclose(targets[0].reference.pose.rotation, HERE.rotation, atol=1e-12)
     np.testing.assert_allclose(targets[0].reference.twist, 0.0, atol=1e-12)
@@ -69,16 +70,24 @@ def test_push_triggers_on_the_force_along_the_push_relative_to_its_start():
 def test_push_slides_below_the_touch_down_and_asks_for_its_normal_force():
     touch = HERE.moved([0.0, 0.0, -0.24])
     phase = Push(X, 0.1, 17.0, 0.3, 0.006, 5.0, 0.0).begin(sensed(0.0, touch), still(HERE.moved([0.0, 0.0, -0.245])))
-    middle = phase.target(phase.down.duration + 0.5 * phase.along.duration)
+    middle = phase.target(sensed(phase.down.duration + 0.5 * phase.along.duration, touch))
     assert middle.reference.pose.translation[2] == pytest.approx(touch.translation[2] - 0.006)
     np.testing.assert_allclose(middle.reference.twist[:3], 0.1 * X, atol=1e-12)
     np.testing.assert_allclose(middle.desired_force[:3], [0.0, 0.0, -5.0])
 
 
-def test_grasp_closes_and_goes_on_pressing():
-    phase = Grasp(2.0, 0.04 * X).begin(sensed(1.0), still())
-    assert phase.target(1.0).closure == 1.0
-    np.testing.assert_allclose(phase.target(2.9).reference.pose.translation, HERE.translation + 0.04 * X)
+def test_grasp_closes_and_follows_what_gives_way():
+    phase = Grasp(2.0, X, 0.1, 17.0, 0.03).begin(sensed(1.0, force=(-20.0, 0.0, 0.0)), still())
+    held = phase.target(sensed(1.0, force=(-20.0, 0.0, 0.0)))
+    assert held.closure == 1.0
+    np.testing.assert_allclose(held.reference.twist, 0.0, atol=1e-12)
+    half = phase.target(sensed(1.1, force=(-11.5, 0.0, 0.0)))
+    np.testing.assert_allclose(half.reference.twist[:3], 0.05 * X)
+    np.testing.assert_allclose(half.reference.pose.translation, HERE.translation + 0.005 * X)
+    far = phase.target(sensed(2.1, force=(-3.0, 0.0, 0.0)))
+    np.testing.assert_allclose(far.reference.pose.translation, HERE.translation + 0.03 * X)
+    back = phase.target(sensed(2.2, force=(-37.0, 0.0, 0.0)))
+    np.testing.assert_allclose(back.reference.pose.translation, HERE.translation + 0.02 * X)
     assert phase.ending(sensed(2.9)) is None
     assert phase.ending(sensed(3.0)).trigger == "closed"
 
@@ -86,10 +95,10 @@ def test_grasp_closes_and_goes_on_pressing():
 def test_scoop_tilts_about_its_heel_which_is_not_pressed_into_the_table():
     slope, angle, length = 0.17, 0.8, 0.11
     edge = Pose([0.9, 0.0, 0.0], tool_rotation(0.0, slope))
-    phase = Grasp(0.0, 0.0 * X, angle, length, slope).begin(sensed(0.0, edge), still(edge))
+    phase = Scoop(angle, length, slope).begin(sensed(0.0, edge), still(edge))
     heel = [0.9, 0.0, 0.0] - length * edge.rotation[:, 0]
     for time in np.linspace(0.0, phase.line.duration, 20):
-        pose = phase.target(time).reference.pose
+        pose = phase.target(sensed(time)).reference.pose
         assert (pose.translation - length * pose.rotation[:, 0])[2] > heel[2] - 0.012
     end = phase.line.end
     np.testing.assert_allclose(end.rotation, tool_rotation(0.0, slope - angle), atol=1e-9)

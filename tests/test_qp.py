@@ -139,7 +139,7 @@ class Liar:
 
 
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
-@pytest.mark.parametrize("answer", [1e9, np.nan, np.inf, None])
+@pytest.mark.parametrize("answer", [10.0, 1e9, np.nan, np.inf, None])
 def test_an_answer_is_judged_by_its_residuals(answer):
     with pytest.raises(SolverError, match="liar found no accelerations within the torque limits"):
         qp.solve(random_program(0), Liar(answer))

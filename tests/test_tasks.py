@@ -58,18 +58,18 @@ def test_the_posture_rows_are_a_damped_spring_and_can_be_retargeted():
     x = np.concatenate((q, v))
 
     def rows(task, retarget=None):
-        matrix, offset = task.affine(7)
-        values = (matrix @ x + offset).reshape(2, 7)
+        matrices, offsets = task.affine(7)
+        values = matrices @ x + offsets
         if retarget is not None:
             task.retarget(values, q, retarget)
         return values / task.sqrt_weight
 
     gains = {"stiffness": 25.0, "damping_ratio": 0.8, "weight": 1e-3}
-    expected = [8.0 * v - 25.0 * (target - q), 25.0 / 8.0 * (target - q)]
+    expected = [25.0 / 8.0 * (target - q), 8.0 * v - 25.0 * (target - q)]
     np.testing.assert_allclose(rows(PostureTask(target, **gains)), expected, atol=1e-12)
     np.testing.assert_allclose(rows(PostureTask(other, **gains), retarget=target), expected, atol=1e-12)
     np.testing.assert_allclose(rows(PostureTask(None, **gains), retarget=target), expected, atol=1e-12)
-    np.testing.assert_allclose(rows(PostureTask(None, **gains)), [8.0 * v, np.zeros(7)], atol=1e-12)
+    np.testing.assert_allclose(rows(PostureTask(None, **gains)), [np.zeros(7), 8.0 * v], atol=1e-12)
 
 
 def test_impedance_damping_gives_every_mode_the_same_ratio(arm):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import daqp
+import numpy as np
+from numpy.typing import NDArray
 
 from ..types import Array
 from .qp import QuadraticProgram
@@ -17,8 +19,16 @@ class DaqpSolver:
 
     name = "daqp"
 
+    def __init__(self) -> None:
+        """Know no size of program yet."""
+        self._kinds: dict[int, NDArray[np.int32]] = {}
+
     def solve(self, problem: QuadraticProgram) -> Array | None:
         """Return x (n,), or None where DAQP finds none."""
         H, f, G, lower, upper = problem
-        x, _, flag, _ = daqp.solve(H, f, G, upper, lower, iter_limit=1000)
+        rows = len(lower)
+        kinds = self._kinds.get(rows)
+        if kinds is None:
+            kinds = self._kinds[rows] = np.zeros(rows, dtype=np.int32)
+        x, _, flag, _ = daqp.solve(H, f, G, upper, lower, kinds, iter_limit=1000)
         return x if flag > 0 else None

@@ -69,18 +69,26 @@ class InverseDynamics:
         self._bounds = AccelerationBounds(affine, n)
         self._torque_limit = TorqueLimit(arm) if "torque" in limits else None
         self._solver = make_solver(solver)
-        self._A, self._c = np.zeros((6 + n, n)), np.zeros(6 + n)
-        self._A[6:] = posture.sqrt_weight * np.eye(n)
-        self._tool_rows = Objective(self._A[:6], self._c[:6])
-        posture_matrix, posture_offset = posture.affine(n)
-        self._matrix = np.vstack((self._bounds.matrix, posture_matrix))
-        self._offset = np.concatenate((self._bounds.offset, posture_offset))
+        # Everything affine in the state is one product: bounds, then targets for velocities, then for accelerations.
+        # The tool's six rows of each target are not affine and are written over the product's zeros.
+        rows = 6 + n
+        matrices, offsets = posture.affine(n)
+        tool_matrix, tool_offset = np.zeros((6, 2 * n)), np.zeros(6)
+        self._matrix = np.vstack((self._bounds.matrix, tool_matrix, matrices[0], tool_matrix, matrices[1]))
+        self._offset = np.concatenate((self._bounds.offset, tool_offset, offsets[0], tool_offset, offsets[1]))
         self._values = np.zeros(len(self._offset))
-        self._bound_values = self._values[: -2 * n].reshape(-1, 2, n)
-        self._posture_values = self._values[-2 * n :].reshape(2, n)
-        self._program = QuadraticProgram.empty(n, n)
-        self._lower, self._upper = self._program.lower[:n], self._program.upper[:n]
-        self._torque_lower, self._torque_upper = self._program.lower[n:], self._program.upper[n:]
+        self._bound_values = self._bounds.split(self._values[: -2 * rows])
+        targets = self._values[-2 * rows :].reshape(2, rows)
+        self._posture_targets = targets[:, 6:]
+        self._velocity_target, self._tool_velocity = targets[0], targets[0, :6]
+        self._A, self._c = np.zeros((rows, n)), targets[1]
+        self._A[6:] = posture.sqrt_weight * np.eye(n)
+        self._A_transposed = self._A.T
+        self._tool_rows = Objective(self._A[:6], self._c[:6])
+        bounds = np.stack((np.full(2 * n, -np.inf), np.full(2 * n, np.inf)))
+        self._program = QuadraticProgram(np.zeros((n, n)), np.zeros(n), np.zeros((n, n)), bounds[0], bounds[1])
+        self._lower, self._upper = bounds[0, :n], bounds[1, :n]
+        self._torque_bounds = bounds[:, n:]
 
     @property
     def program(self) -> QuadraticProgram:
@@ -104,12 +112,11 @@ class InverseDynamics:
         if posture is not None:
             if np.shape(posture) != state.q.shape or not np.isfinite(posture).all():
                 raise ConfigurationError(f"the posture must be {self.arm.nv} finite numbers; it is {posture}")
-            self._posture.retarget(self._posture_values, state.q, posture)
+            self._posture.retarget(self._posture_targets, state.q, posture)
         self._bounds.intersect(self._bound_values, self._lower, self._upper)
         self._task.write(self._tool_rows, state, wanted)
-        self._c[6:] = self._posture_values[0]
         H, f, _, lower, upper = self._program
-        np.dot(self._A.T, self._A, out=H)
+        np.dot(self._A_transposed, self._A, out=H)
         np.dot(self._c, self._A, out=f)
         self._program = QuadraticProgram(H, f, state.M, lower, upper)
 
@@ -118,10 +125,8 @@ class InverseDynamics:
 
         The program's own cost with velocities in place of accelerations, limits aside.
         """
-        target = np.empty(len(self._c))
-        np.multiply(twist, self._task.sqrt_weight, out=target[:6])
-        target[6:] = self._posture_values[1]
-        return solve_positive_definite(self._program.H, np.dot(target, self._A))
+        np.multiply(twist, self._task.sqrt_weight, out=self._tool_velocity)
+        return solve_positive_definite(self._program.H, np.dot(self._velocity_target, self._A))
 
     def solve(self, state: ArmState, feedforward: Array | None = None) -> ControllerOutput:
         """Return the torques for what was assembled.
@@ -133,7 +138,7 @@ class InverseDynamics:
         offset = state.h if feedforward is None else state.h + feedforward
         limit = self._torque_limit
         if limit is not None:
-            limit.write(self._torque_lower, self._torque_upper, offset)
+            limit.write(self._torque_bounds, offset)
         start = perf_counter()
         try:
             solution = solve(self._program, self._solver)

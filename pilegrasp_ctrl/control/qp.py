@@ -38,11 +38,6 @@ class QuadraticProgram(NamedTuple):
     lower: Array
     upper: Array
 
-    @classmethod
-    def empty(cls, n: int, m: int) -> QuadraticProgram:
-        """Allocate a program of n variables and m rows, for filling in place each period."""
-        return cls(np.zeros((n, n)), np.zeros(n), np.zeros((m, n)), np.full(n + m, -np.inf), np.full(n + m, np.inf))
-
     def softened(self) -> QuadraticProgram:
         """Return the program in (x, s) whose bounds on x may be exceeded by s at the cost `½ SOFT_WEIGHT |s|²`.
 

@@ -40,8 +40,13 @@ class AccelerationBounds:
         offsets = [offset for item in bounds for offset in (item.lower_offset, item.upper_offset)]
         self.offset: Array = np.concatenate([np.zeros(0), *offsets])
 
-    def intersect(self, values: Array, lower: Array, upper: Array) -> None:
-        """Fill `lower` and `upper` (nv,) from `values` (limits, 2, nv), the stacked bounds at one state."""
+    def split(self, values: Array) -> list[tuple[Array, Array]]:
+        """Return views of `values`, which will hold `matrix x + offset`: lower and upper bounds (nv,) of each limit."""
+        nv = self.matrix.shape[1] // 2
+        return [(lower, upper) for lower, upper in values.reshape(-1, 2, nv)]
+
+    def intersect(self, values: list[tuple[Array, Array]], lower: Array, upper: Array) -> None:
+        """Fill `lower` and `upper` (nv,) from the bounds of each limit at one state."""
         if not self._names:
             lower.fill(-np.inf)
             upper.fill(np.inf)
@@ -56,8 +61,10 @@ class AccelerationBounds:
         np.minimum(lower, first_upper, out=lower)
         np.maximum(upper, first_lower, out=upper)
 
-    def name(self, values: Array, joint: int, side: str) -> str:
+    def name(self, values: list[tuple[Array, Array]], joint: int, side: str) -> str:
         """Return which limit set the bound of `joint` on `side`, "lower" or "upper"."""
-        column = values[:, 0 if side == "lower" else 1, joint]
-        index = int(np.argmax(column) if side == "lower" else np.argmin(column))
+        if side == "lower":
+            index = int(np.argmax([lower[joint] for lower, _ in values]))
+        else:
+            index = int(np.argmin([upper[joint] for _, upper in values]))
         return f"{self._names[index]}[{joint}] {side}"

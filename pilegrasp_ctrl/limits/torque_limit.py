@@ -23,12 +23,16 @@ class TorqueLimit:
     def __init__(self, arm: ArmModel) -> None:
         """Take the arm's limits."""
         self.torque = arm.torque_limit
-        self._negative = -arm.torque_limit
+        self._range = np.stack((-arm.torque_limit, arm.torque_limit))
 
-    def write(self, lower: Array, upper: Array, offset: Array) -> None:
-        """Fill the bounds (nv,) on M a for `offset` (nv,), Coriolis, gravity and feed-forward torques [N·m]."""
-        np.subtract(self._negative, offset, out=lower)
-        np.subtract(self.torque, offset, out=upper)
+    def write(self, bounds: Array, offset: Array) -> None:
+        """Fill `bounds` (2, nv), below and above, on M a.
+
+        Args:
+            bounds: where to.
+            offset: (nv,) Coriolis, gravity and feed-forward torques [N·m].
+        """
+        np.subtract(self._range, offset, out=bounds)
 
     def constraint(self, state: ArmState) -> Constraint:
         """Return the rows at one state, without feed-forward."""

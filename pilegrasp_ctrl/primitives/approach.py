@@ -52,9 +52,9 @@ class ApproachPhase:
     across: StraightLine
     down: StraightLine
 
-    def target(self, time: float) -> Target:
+    def target(self, sensed: Sensed) -> Target:
         """Return the point on the first line, then on the second."""
-        elapsed = time - self.start.time
+        elapsed = sensed.time - self.start.time
         descending = elapsed - self.across.duration
         reference = self.across.at(elapsed) if descending < 0.0 else self.down.at(descending)
         return Target(reference, self.plan.closure)

@@ -31,9 +31,9 @@ class LiftPhase:
     line: StraightLine
     closure: float
 
-    def target(self, time: float) -> Target:
+    def target(self, sensed: Sensed) -> Target:
         """Return the point on the line."""
-        return Target(self.line.at(time - self.start.time), self.closure)
+        return Target(self.line.at(sensed.time - self.start.time), self.closure)
 
     def force(self, sensed: Sensed) -> float:
         """Return the weight that the hand has taken on."""

@@ -42,9 +42,9 @@ class MovePhase:
     start: Sensed
     line: StraightLine
 
-    def target(self, time: float) -> Target:
+    def target(self, sensed: Sensed) -> Target:
         """Return the point on the line."""
-        return Target(self.line.at(time - self.start.time), self.plan.closure)
+        return Target(self.line.at(sensed.time - self.start.time), self.plan.closure)
 
     def force(self, sensed: Sensed) -> float:
         """Return the force on the hand; none is expected in free space."""

@@ -51,8 +51,8 @@ class Ending:
 class Phase(Protocol):
     """A primitive that has begun."""
 
-    def target(self, time: float) -> Target:
-        """Return what is asked for at `time` [s]."""
+    def target(self, sensed: Sensed) -> Target:
+        """Return what is asked for now; called once a control period."""
         ...
 
     def ending(self, sensed: Sensed) -> Ending | None:

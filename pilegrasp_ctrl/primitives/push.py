@@ -55,9 +55,9 @@ class PushPhase:
     down: StraightLine
     along: StraightLine
 
-    def target(self, time: float) -> Target:
+    def target(self, sensed: Sensed) -> Target:
         """Return the point on the line; the desired force presses on the support."""
-        elapsed = time - self.start.time
+        elapsed = sensed.time - self.start.time
         sliding = elapsed - self.down.duration
         reference = self.down.at(elapsed) if sliding < 0.0 else self.along.at(sliding)
         desired_force = np.array([0.0, 0.0, -self.plan.normal_force, 0.0, 0.0, 0.0])

@@ -15,6 +15,7 @@ from .lift import Lift
 from .move import Move
 from .primitive import Primitive
 from .push import Push
+from .scoop import Scoop
 
 START_HEIGHT = 0.22
 START_BACK = 0.06
@@ -35,7 +36,7 @@ class Tool:
         normal_force: desired force on the support [N].
         preshape: closure before the grasp.
         closing_time: [s].
-        advance: how far the reference goes on along the push while the hand closes [m].
+        advance: farthest that the reference goes on along the push while the hand closes [m].
         scoop_angle: how far to tilt back [rad].
         heel: from the leading edge to the heel [m].
     """
@@ -127,7 +128,11 @@ def pile_strategy(
     )
     primitives: tuple[Primitive, ...] = (approach, push)
     if grasp:
-        closing = Grasp(tool.closing_time, tool.advance * direction, tool.scoop_angle, tool.heel, theta)
+        closing = (
+            Scoop(tool.scoop_angle, tool.heel, theta)
+            if tool.scoop_angle > 0.0
+            else Grasp(tool.closing_time, direction, config.speed, config.grasp_force, tool.advance)
+        )
         primitives += (closing, Lift(config.lift_height, LIFT_SPEED, HOLD_TIME))
     far = Pose(touch + travel * direction, rotation)
     return Plan(start, primitives, (pre_grasp, Pose(touch, rotation), far), tool.preshape, direction)

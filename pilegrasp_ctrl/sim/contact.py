@@ -15,17 +15,22 @@ Rule = Literal["paper", "product", "maximum"]
 NATURAL_FREQUENCY = 300.0
 """Of a contact [rad/s]. A bounce lasts pi / 300 = 10 ms: ten steps of 1 ms, which restitution needs to come out right."""
 
-IMPEDANCE = (0.8, 0.8, 0.001, 0.5, 2.0)
-"""solimp: constant, so that the damping ratio alone sets the restitution; and low enough that a resting ball sags by 20 um
-into its contact. At 0.99 it sags by 1 um, leaves the contact in every step, and never comes to rest."""
+OBJECT_IMPEDANCE = 0.8
+"""d in MuJoCo's solimp, constant so that the damping ratio alone sets the restitution; and low enough that a resting ball
+sags by 20 um into its contact. At 0.99 it sags by 1 um, leaves the contact in every step, and never comes to rest."""
+
+HAND_IMPEDANCE = 0.96
+"""The same for the end-effector. A contact's stiffness is that of its lighter body, and a fingertip has 5 g: at 0.8 a push
+of 20 N would press it 9 mm into the table."""
 
 
 @dataclass(frozen=True, slots=True)
 class PairParameters:
-    """The fields of an `mjsPair`: `friction` (5,) and `solref` (2,) in MuJoCo's direct (negative) format."""
+    """The fields of an `mjsPair`: `friction` (5,), `solref` (2,) in MuJoCo's direct (negative) format, `solimp` (5,)."""
 
     friction: tuple[float, float, float, float, float]
     solref: tuple[float, float]
+    solimp: tuple[float, float, float, float, float]
 
 
 def restitution_of(damping_ratio: float) -> float:
@@ -99,9 +104,11 @@ def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
 def pair_parameters(surface: Surface, natural_frequency: float = NATURAL_FREQUENCY) -> PairParameters:
     """Return MuJoCo's numbers for the coefficients of one contact."""
     damping_ratio = damping_ratio_for(max(surface.restitution, 0.05))
+    impedance = HAND_IMPEDANCE if surface.rank == 2 else OBJECT_IMPEDANCE
     return PairParameters(
         friction=(surface.lateral, surface.lateral, surface.spinning, surface.rolling, surface.rolling),
         solref=(-(natural_frequency**2), -2.0 * damping_ratio * natural_frequency),
+        solimp=(impedance, impedance, 0.001, 0.5, 2.0),
     )
 
 
@@ -114,5 +121,5 @@ def add_pair(spec: mujoco.MjSpec, geom1: str, geom2: str, parameters: PairParame
         friction=parameters.friction,
         solref=parameters.solref,
         solreffriction=(0.0, 0.0),
-        solimp=IMPEDANCE,
+        solimp=parameters.solimp,
     )

@@ -20,6 +20,8 @@ from .surface import SUPPORT
 
 WOOD = (0.72, 0.60, 0.46, 1.0)
 WALL_COLOR = (0.62, 0.68, 0.74, 0.45)
+SLEEP_TOLERANCE = 5e-3
+"""An island whose generalised velocities, scaled by length, stay below this [m/s] falls asleep."""
 NEWTON_LIMIT = 20
 """Most objects for which Newton is the faster solver; CG scales better above."""
 
@@ -53,6 +55,9 @@ def new_spec(timestep: float, count: int, file: str | None = None) -> mujoco.MjS
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON if count <= NEWTON_LIMIT else mujoco.mjtSolver.mjSOL_CG
     option.impratio = 3.0
+    # A pile at rest costs nothing while the arm is still in the air; whatever touches it wakes it.
+    option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
+    option.sleep_tolerance = SLEEP_TOLERANCE
     return spec
 
 

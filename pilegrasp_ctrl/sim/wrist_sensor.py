@@ -33,11 +33,14 @@ class WristSensor:
     def read(self, data: mujoco.MjData) -> Array:
         """Sample, compensate and filter; call it once a control period. Returns the wrench (6,) [N, N·m]."""
         rotation = data.site_xmat[self._site].reshape(3, 3)
-        weight = np.array([0.0, 0.0, -GRAVITY * self._tool.mass])
         wrench = np.empty(6)
-        wrench[:3] = -rotation @ data.sensordata[self._force : self._force + 3] - weight
-        arm = rotation @ self._tool.center_of_mass
-        wrench[3:] = -rotation @ data.sensordata[self._torque : self._torque + 3] - np.cross(arm, weight)
+        wrench[:3] = -rotation.dot(data.sensordata[self._force : self._force + 3])
+        wrench[3:] = -rotation.dot(data.sensordata[self._torque : self._torque + 3])
+        weight = GRAVITY * self._tool.mass
+        x, y, _ = rotation.dot(self._tool.center_of_mass).tolist()
+        wrench[2] += weight
+        wrench[3] += weight * y
+        wrench[4] -= weight * x
         wrench += self._sigma * self._rng.standard_normal(6)
         self._filtered = wrench if self._filtered is None else self._filtered + self._blend * (wrench - self._filtered)
         return self._filtered

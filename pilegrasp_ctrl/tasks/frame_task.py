@@ -35,13 +35,17 @@ class FrameTask:
             raise ValueError(f"weight = {weights.tolist()} must be finite, not negative, and not zero on every axis")
         self.sqrt_weight: Array = np.sqrt(weights)
         self.sqrt_weight.setflags(write=False)
-        self._column = self.sqrt_weight[:, None]
+        self._column = None if (self.sqrt_weight == 1.0).all() else self.sqrt_weight[:, None]
 
     def write(self, objective: Objective, state: ArmState, acceleration: Array) -> None:
         """Fill this task's six rows of `objective` for the wanted tool `acceleration` (6,) [m/s², rad/s²]."""
-        np.multiply(state.J, self._column, out=objective.A)
-        np.subtract(state.Jdot_v, acceleration, out=objective.c)
-        np.multiply(objective.c, self.sqrt_weight, out=objective.c)
+        A, c = objective
+        np.subtract(state.Jdot_v, acceleration, out=c)
+        if self._column is None:
+            A[:] = state.J
+        else:
+            np.multiply(state.J, self._column, out=A)
+            np.multiply(c, self.sqrt_weight, out=c)
 
 
 def pose_error(state: ArmState, reference: Reference) -> Array:

@@ -48,21 +48,21 @@ class PostureTask:
         self.sqrt_weight = sqrt(weight)
 
     def affine(self, nv: int) -> tuple[Array, Array]:
-        """Return (2 nv, 2 nv) and (2 nv,): two blocks of rows affine in x = [q; v].
+        """Return matrices (2, nv, 2 nv) and offsets (2, nv) of two blocks of rows that are affine in x = [q; v].
 
-        The first block is `c` of the objective, `sqrt(weight) (damping v - stiffness (q* - q))`. The second is the
-        velocity toward the posture, `sqrt(weight) stiffness / damping (q* - q)`, the slow mode of spring and damper.
+        The first is the velocity toward the posture, `sqrt(weight) stiffness / damping (q* - q)`, the slow mode of
+        spring and damper. The second is c of the objective, `sqrt(weight) (damping v - stiffness (q* - q))`.
         """
         identity, zero = np.eye(nv), np.zeros((nv, nv))
         spring = zero if self.target is None else self.sqrt_weight * self.stiffness * identity
         damper = self.sqrt_weight * self.damping * identity
         pull = spring @ (np.zeros(nv) if self.target is None else self.target)
-        matrix = np.block([[spring, damper], [-spring / self.damping, zero]])
-        return matrix, np.concatenate((-pull, pull / self.damping))
+        matrices = np.stack((np.hstack((-spring / self.damping, zero)), np.hstack((spring, damper))))
+        return matrices, np.stack((pull / self.damping, -pull))
 
     def retarget(self, rows: Array, q: Array, target: Array) -> None:
         """Change the values `rows` (2, nv) of `affine` at joint positions `q` to those for another `target` (nv,)."""
         shift = target - (q if self.target is None else self.target)
         shift *= self.sqrt_weight * self.stiffness
-        rows[0] -= shift
-        rows[1] += shift / self.damping
+        rows[0] += shift / self.damping
+        rows[1] -= shift

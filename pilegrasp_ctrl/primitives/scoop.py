@@ -1,0 +1,69 @@
+"""Scoop: the shovel's grasp; it tilts back."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..trajectories.straight_line import StraightLine
+from ..types import Pose
+from .primitive import Ending, Sensed, Target
+
+ANGULAR_SPEED = 0.6
+"""Of the tilt [rad/s]."""
+REST_TIME = 0.2
+"""After the tilt [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scoop:
+    """Tilt back by `angle` about the heel.
+
+    Attributes:
+        angle: [rad].
+        heel: distance from the leading edge to the heel [m].
+        slope: of the floor before the tilt [rad].
+    """
+
+    angle: float
+    heel: float
+    slope: float
+    name: str = "grasp"
+
+    def begin(self, sensed: Sensed, last: Target) -> ScoopPhase:
+        """Start from the last reference pose.
+
+        The edge goes along the chord of its arc about the heel, which must not be pressed into the support.
+        """
+        here = last.reference.pose
+        before, after = self.slope, self.slope - self.angle
+        forward = self.heel * (math.cos(after) - math.cos(before))
+        upward = self.heel * (math.sin(before) - math.sin(after))
+        level = here.rotation[:, 0] * np.array([1.0, 1.0, 0.0])
+        displacement = forward * level / np.linalg.norm(level) + np.array([0.0, 0.0, upward])
+        turn = -self.angle * here.rotation[:, 1]
+        line = StraightLine(here, displacement, 1.0, rotation=turn, angular_speed=ANGULAR_SPEED)
+        return ScoopPhase(sensed, line, last.closure)
+
+
+@dataclass(frozen=True, slots=True)
+class ScoopPhase:
+    """A scoop under way."""
+
+    start: Sensed
+    line: StraightLine
+    closure: float
+
+    def target(self, sensed: Sensed) -> Target:
+        """Return the point on the line."""
+        return Target(self.line.at(sensed.time - self.start.time), self.closure)
+
+    def force(self, sensed: Sensed) -> float:
+        """Return how much the force on the shovel has changed."""
+        return float(np.linalg.norm(sensed.wrench[:3] - self.start.wrench[:3]))
+
+    def ending(self, sensed: Sensed) -> Ending | None:
+        """End when the tilt is over."""
+        return Ending("tilted back") if sensed.time - self.start.time >= self.line.duration + REST_TIME else None
