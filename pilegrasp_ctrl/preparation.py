@@ -90,8 +90,8 @@ def _steps(scenario: Scenario) -> int:
     ratio = 1.0 / (scenario.controller.rate * scenario.sim.timestep)
     if abs(ratio - round(ratio)) > 1e-6 or ratio < 0.5:
         raise ConfigurationError(
-            f"controller.rate = {scenario.controller.rate:g} Hz does not fit sim.timestep = {scenario.sim.timestep:g} s; "
-            "a control period must be a whole number of physics steps"
+            f"controller.rate = {scenario.controller.rate:g} Hz does not fit sim.timestep = "
+            f"{scenario.sim.timestep:g} s; a control period must be a whole number of physics steps"
         )
     return round(ratio)
 

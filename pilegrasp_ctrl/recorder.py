@@ -32,7 +32,7 @@ UNITS = {
 
 
 class Recorder:
-    """Samples bodies at 30 Hz and signals at 100 Hz; wall-clock times never enter, so equal attempts give equal bytes."""
+    """Samples bodies at 30 Hz and signals at 100 Hz; no wall-clock time enters, so equal attempts give equal bytes."""
 
     def __init__(self, simulation: Simulation, arm: ArmModel, push_direction: Array) -> None:
         self._simulation, self._torque_limit, self._direction = simulation, arm.torque_limit, push_direction
@@ -41,9 +41,7 @@ class Recorder:
         self._rows: list[dict[str, Any]] = []
         self._next_frame = self._next_row = 0.0
 
-    def sample(
-        self, observation: Observation, state: ArmState, target: Target, torque: Array, zero: Array
-    ) -> None:
+    def sample(self, observation: Observation, state: ArmState, target: Target, torque: Array, zero: Array) -> None:
         """Note one control tick; `zero` (6,) is the wrench at the start of the primitive."""
         if observation.time >= self._next_frame - 1e-9:
             self._next_frame += FRAME_PERIOD

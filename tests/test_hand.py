@@ -82,7 +82,7 @@ def test_a_finger_bends_under_load_as_its_joint_springs_say(soft):
 
 
 def test_lateral_compliance(soft):
-    hand, model = soft
+    _, model = soft
     data = mujoco.MjData(model)
     data.xfrc_applied[model.body("middle_4").id, :3] = [0.0, 0.2, 0.0]
     settle(model, data)

@@ -29,7 +29,14 @@ def still(pose=HERE, closure=0.3):
 
 APPROACH = Approach(HERE.moved([0.1, 0.0, -0.19]), 0.06, 0.15, 0.05, 1.8, 0.3)
 PUSH = Push(X, 0.1, 17.0, 0.3, 0.006, 0.0, 0.3)
-PRIMITIVES = [APPROACH, PUSH, Grasp(2.0, X, 0.1, 17.0, 0.06), Scoop(0.8, 0.11, 0.17), Lift(0.2, 0.12, 1.0), Move(0.3 * X, 0.1)]
+PRIMITIVES = [
+    APPROACH,
+    PUSH,
+    Grasp(2.0, X, 0.1, 17.0, 0.06),
+    Scoop(0.8, 0.11, 0.17),
+    Lift(0.2, 0.12, 1.0),
+    Move(0.3 * X, 0.1),
+]
 
 
 @pytest.mark.parametrize("primitive", PRIMITIVES, ids=lambda primitive: primitive.name)

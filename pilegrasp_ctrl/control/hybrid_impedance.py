@@ -30,7 +30,13 @@ class HybridImpedanceController:
 
     @classmethod
     def create(
-        cls, arm: ArmModel, impedance: Impedance, posture: Array, solver: str, rate: float, force_axes: tuple[int, ...] = (2,)
+        cls,
+        arm: ArmModel,
+        impedance: Impedance,
+        posture: Array,
+        solver: str,
+        rate: float,
+        force_axes: tuple[int, ...] = (2,),
     ) -> HybridImpedanceController:
         """Set up both controllers; along `force_axes` (world axes, 2 is up) the second keeps little stiffness."""
         stiffness = impedance.stiffness.copy()

@@ -19,7 +19,9 @@ class Lift:
 
     def begin(self, sensed: Sensed, last: Target) -> LiftPhase:
         """Start from the last reference pose."""
-        return LiftPhase(self, sensed, StraightLine(last.reference.pose, [0.0, 0.0, self.height], self.speed), last.closure)
+        return LiftPhase(
+            self, sensed, StraightLine(last.reference.pose, [0.0, 0.0, self.height], self.speed), last.closure
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..trajectories.straight_line import StraightLine
-from ..types import Pose
 from .primitive import Ending, Sensed, Target
 
 ANGULAR_SPEED = 0.6

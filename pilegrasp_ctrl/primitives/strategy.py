@@ -22,6 +22,7 @@ START_BACK = 0.06
 """The attempt starts this far above the surface and behind the pre-grasp pose [m]."""
 PRE_GRASP_HEIGHT = 0.06
 HAND_HALF_WIDTH = 0.06
+UP = np.array([0.0, 0.0, 1.0])
 LIFT_SPEED = 0.12
 HOLD_TIME = 1.0
 
@@ -117,15 +118,13 @@ def pile_strategy(
     direction = np.array([math.cos(alpha), math.sin(alpha), 0.0])
     rotation = tool_rotation(alpha + math.radians(config.beta_deg), theta)
     touch = np.array([*center, 0.0]) - (extent + config.clearance) * direction
-    pre_grasp = Pose(touch + [0.0, 0.0, PRE_GRASP_HEIGHT], rotation)
-    start = Pose(touch - START_BACK * direction + [0.0, 0.0, START_HEIGHT], rotation)
+    pre_grasp = Pose(touch + PRE_GRASP_HEIGHT * UP, rotation)
+    start = Pose(touch - START_BACK * direction + START_HEIGHT * UP, rotation)
     travel = _travel(touch[:2], direction[:2], reach)
     approach = Approach(
         pre_grasp, PRE_GRASP_HEIGHT, config.approach_speed, config.touch_speed, config.touch_force, tool.preshape
     )
-    push = Push(
-        direction, config.speed, config.grasp_force, travel, tool.press_depth, tool.normal_force, tool.preshape
-    )
+    push = Push(direction, config.speed, config.grasp_force, travel, tool.press_depth, tool.normal_force, tool.preshape)
     primitives: tuple[Primitive, ...] = (approach, push)
     if grasp:
         closing = (
@@ -140,7 +139,7 @@ def pile_strategy(
 
 def line_plan(config: LineConfig, tool: Tool) -> Plan:
     """Return the plan of a straight line in free space, the hand sloping as for a push along x."""
-    start = Pose(config.start, tool_rotation(0.0, tool.theta))
+    start = Pose(np.array(config.start), tool_rotation(0.0, tool.theta))
     move = Move(np.array(config.displacement), config.speed, tool.preshape)
     return Plan(start, (move,), (start.moved(config.displacement),), tool.preshape, np.array([1.0, 0.0, 0.0]))
 

@@ -34,7 +34,9 @@ class Simulation:
     def observe(self) -> Observation:
         """Read encoders and wrist sensor; call it once a control period."""
         n = self._n
-        return Observation(self.data.time, self.data.qpos[:n].copy(), self.data.qvel[:n].copy(), self._sensor.read(self.data))
+        return Observation(
+            self.data.time, self.data.qpos[:n].copy(), self.data.qvel[:n].copy(), self._sensor.read(self.data)
+        )
 
     def apply(self, torque: Array, closure: float) -> None:
         """Set the joint torques (nv,) [N·m] and the hand's closure in [0, 1]."""

@@ -11,7 +11,9 @@ REACH = 0.20
 """A held object's centre is this near to the tool frame's origin [m]: the hand is 0.18 m long."""
 
 
-def held_objects(data: mujoco.MjData, objects: tuple[int, ...], tool_position: Array, rest_height: Array, lift: float) -> int:
+def held_objects(
+    data: mujoco.MjData, objects: tuple[int, ...], tool_position: Array, rest_height: Array, lift: float
+) -> int:
     """Count the objects that hang in the hand.
 
     Args:

@@ -40,5 +40,8 @@ def add_sensor(spec: mujoco.MjSpec, body: Any, parameters: dict[str, Any]) -> No
         conaffinity=0,
     )
     body.add_site(name="wrist_sensor", size=[0.005, 0.005, 0.005])
-    for name, kind in (("wrist_force", mujoco.mjtSensor.mjSENS_FORCE), ("wrist_torque", mujoco.mjtSensor.mjSENS_TORQUE)):
+    for name, kind in (
+        ("wrist_force", mujoco.mjtSensor.mjSENS_FORCE),
+        ("wrist_torque", mujoco.mjtSensor.mjSENS_TORQUE),
+    ):
         spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="wrist_sensor")

@@ -68,7 +68,7 @@ class Layout:
     @property
     def transform_base_to_world(self) -> Pose:
         """Where the arm's base stands."""
-        return Pose([0.0, 0.0, -BASE_BELOW_TABLE])
+        return Pose(np.array([0.0, 0.0, -BASE_BELOW_TABLE]))
 
 
 def frame_size(pile: PileConfig) -> float:

@@ -29,7 +29,7 @@ REST_TIME = 0.3
 """The pile is settled when all objects have rested for this long [s]."""
 TIME_LIMIT = 20.0
 """Of the simulated settling, for each of its two phases [s]."""
-CACHE_VERSION = 2
+CACHE_VERSION = 3
 
 
 def settle_pile(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: Rule, timestep: float) -> Array:
@@ -145,7 +145,17 @@ def _drop_poses(kind: ObjectKind, count: int, layout: Layout, rng: np.random.Gen
 
 
 def _cache_file(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: Rule, timestep: float) -> Path:
-    content = [CACHE_VERSION, mujoco.__version__, repr(kind), count, layout.kind, layout.frame_size, seed, rule, timestep]
+    content = [
+        CACHE_VERSION,
+        mujoco.__version__,
+        repr(kind),
+        count,
+        layout.kind,
+        layout.frame_size,
+        seed,
+        rule,
+        timestep,
+    ]
     digest = hashlib.sha256(json.dumps(content).encode()).hexdigest()[:24]
     root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     return Path(root) / "pilegrasp" / "piles" / f"{digest}.npy"

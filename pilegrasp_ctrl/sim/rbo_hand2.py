@@ -1,4 +1,4 @@
-"""The RBO Hand 2 as MuJoCo bodies: fingers are chains with a spring in every joint, inflation is a moment in all of them.
+"""The RBO Hand 2 as MuJoCo bodies: fingers are chains with a spring in every joint, inflation a moment in all of them.
 
 A PneuFlex finger bends with constant curvature under pressure; equal moments in equal springs give the same shape, and
 what is left of the finger's compliance toward the side sits in one hinge at its base.
@@ -67,7 +67,9 @@ def _add_finger(
     parent = root
     for i in range(count):
         first, last = i == 0, i == count - 1
-        placement = {"pos": base, "quat": frame_quaternion(direction, bend_toward)} if first else {"pos": [length, 0, 0]}
+        placement = (
+            {"pos": base, "quat": frame_quaternion(direction, bend_toward)} if first else {"pos": [length, 0, 0]}
+        )
         body = parent.add_body(name=f"{name}_{i + 1}", **placement)
         if first:
             _add_hinge(body, f"{name}_lateral", [0, 0, 1], "lateral", (-LATERAL_RANGE, LATERAL_RANGE), pneumatics)

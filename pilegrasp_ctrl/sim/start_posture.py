@@ -61,7 +61,9 @@ class StartPosture:
     def _descend(self, target: Pose, guess: Array) -> tuple[Array, float, float]:
         configuration = mink.Configuration(self._model, q=np.asarray(guess, dtype=float))
         tool = mink.FrameTask("tool", "site", position_cost=1.0, orientation_cost=0.3, lm_damping=1e-3)
-        tool.set_target(mink.SE3.from_rotation_and_translation(mink.SO3.from_matrix(target.rotation), target.translation))
+        tool.set_target(
+            mink.SE3.from_rotation_and_translation(mink.SO3.from_matrix(target.rotation), target.translation)
+        )
         posture = mink.PostureTask(self._model, cost=1e-3)
         posture.set_target(np.asarray(guess, dtype=float))
         limits = [mink.ConfigurationLimit(self._model, min_distance_from_limits=MARGIN)]

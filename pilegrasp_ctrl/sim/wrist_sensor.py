@@ -16,11 +16,13 @@ GRAVITY = 9.81
 class WristSensor:
     """Reads what the environment does to the hand, at the flange's origin, in world axes, linear part first.
 
-    MuJoCo's sensors give what the flange does to the tool. For a tool at rest that balances the environment's wrench and
-    the tool's weight; the weight of the nominal tool is taken off, its inertial force is not (0.2 N at 0.5 m/s²).
+    MuJoCo's sensors give what the flange does to the tool. At rest that balances the environment's wrench and the
+    tool's weight; the weight of the nominal tool is taken off, its inertial force is not (0.2 N at 0.5 m/s²).
     """
 
-    def __init__(self, model: mujoco.MjModel, tool: MassProperties, config: SensorConfig, period: float, seed: int) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, tool: MassProperties, config: SensorConfig, period: float, seed: int
+    ) -> None:
         self._force = model.sensor("wrist_force").adr[0]
         self._torque = model.sensor("wrist_torque").adr[0]
         self._site = model.site("wrist_sensor").id
