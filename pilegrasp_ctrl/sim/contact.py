@@ -15,9 +15,9 @@ Rule = Literal["paper", "product", "maximum"]
 NATURAL_FREQUENCY = 300.0
 """Of a contact [rad/s]. A bounce lasts pi / 300 = 10 ms: ten steps of 1 ms, which restitution needs to be met."""
 
-OBJECT_IMPEDANCE = 0.9
+OBJECT_IMPEDANCE = 0.8
 """d in MuJoCo's solimp, constant so that the damping ratio alone sets the restitution; and low enough that a resting
-ball sags by 10 um into its contact. At 0.99 it sags by 1 um, leaves the contact in every step, and never rests."""
+ball sags by 20 um into its contact. At 0.99 it sags by 1 um, leaves the contact in every step, and never rests."""
 
 HAND_IMPEDANCE = 0.96
 """The same for the end-effector. A contact is as stiff as its lighter body is heavy, and a fingertip has 5 g: at 0.8 a

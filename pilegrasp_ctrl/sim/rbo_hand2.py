@@ -17,7 +17,7 @@ SILICONE = (0.93, 0.80, 0.62, 1.0)
 SCAFFOLD = (0.35, 0.37, 0.42, 1.0)
 LATERAL_RANGE = 0.35
 BEND_RANGE = (-0.9, 1.6)
-ROTOR_INERTIA = 2e-6  # keeps the lightest fingertip joint well conditioned at 1 ms
+ROTOR_INERTIA = 2e-5  # of every finger joint [kg m²]; the bare 5 g fingertip is too light for contacts at 1 ms
 
 
 def add_rbo_hand2(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> None:
