@@ -4,7 +4,7 @@ SCENARIO ?= spheres_wall
 SEED ?= 0
 
 .DEFAULT_GOAL := help
-.PHONY: help setup test lint types format table run doctor ci clean
+.PHONY: help setup test lint types format table hands run doctor ci clean
 
 help:  ## Show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -29,6 +29,9 @@ format:  ## Repair style and formatting where that is safe
 
 table:  ## Print the table of scenario keys for docs/scenarios.md
 	@$(PYTHON) tests/scenario_table.py
+
+hands:  ## Write the hands' MJCF and README values from their robot.toml
+	$(PYTHON) -m pilegrasp_ctrl.sim.hand_files
 
 run:  ## Run one attempt: make run SCENARIO=spheres_corner SEED=3
 	$(PILEGRASP) run $(SCENARIO) --seed $(SEED) --html $(SCENARIO).html

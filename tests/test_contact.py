@@ -15,7 +15,7 @@ GRAVITY = 9.81
 
 
 def on_a_plane(kind, surface, timestep=1e-3):
-    spec = new_spec(timestep, 1)
+    spec = new_spec(timestep)
     spec.worldbody.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1, 1, 0.1], contype=0, conaffinity=0)
     kind.add_to(spec, 0, (1, 1, 1, 1))
     add_pair(spec, "object_0", "table", pair_parameters(surface))

@@ -59,6 +59,14 @@ def test_the_same_seed_gives_the_same_bits_with_and_without_the_cache(own_cache,
     assert np.abs(first - other).max() > 0.01
 
 
+def test_a_pile_elsewhere_is_another_pile(own_cache, monkeypatch):
+    settled(count=3)
+    monkeypatch.setattr("pilegrasp_ctrl.sim.layout.WALL_DISTANCE", WALL_DISTANCE - 0.1)
+    _, layout, there = settled(count=3)
+    assert np.abs(there[:, 0] - layout.frame_center[0]).max() < 0.3
+    assert len(list(own_cache.rglob("*.npy"))) == 2
+
+
 def test_a_damaged_cache_file_is_made_anew(own_cache):
     _, _, first = settled(count=3)
     file = next(own_cache.rglob("*.npy"))

@@ -17,13 +17,13 @@ SupportKind = Literal["none", "wall", "corner"]
 BASE_BELOW_TABLE = 0.25
 """The table top is 0.25 m above the arm's base, where the wrist has room and the joints have margin [m]."""
 
-WALL_DISTANCE = 1.03
+WALL_DISTANCE = 1.0
 """From the arm's axis to the wall, along the push of alpha = 0 [m]."""
 
-CORNER_DISTANCE = 1.12
+CORNER_DISTANCE = 1.10
 """From the arm's axis to the corner's apex; the push of alpha = 0 runs along the bisector of its walls [m]."""
 
-REACH = 1.01
+REACH = 1.04
 """Farthest fingertip position from the arm's axis that a push may ask for [m]."""
 
 WALL_HALF_THICKNESS = 0.02

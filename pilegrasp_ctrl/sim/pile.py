@@ -14,7 +14,7 @@ import numpy as np
 
 from ..exceptions import PileError
 from ..types import Array
-from .contact import Rule, add_pair, combine, pair_parameters
+from .contact import NATURAL_FREQUENCY, OBJECT_IMPEDANCE, Rule, add_pair, combine, pair_parameters
 from .layout import Layout
 from .objects import ObjectKind
 from .scene import add_objects, add_support, new_spec
@@ -29,7 +29,7 @@ REST_TIME = 0.3
 """The pile is settled when all objects have rested for this long [s]."""
 TIME_LIMIT = 20.0
 """Of the simulated settling, for each of its two phases [s]."""
-CACHE_VERSION = 3
+CACHE_VERSION = 5
 
 
 def settle_pile(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: Rule, timestep: float) -> Array:
@@ -51,7 +51,7 @@ def settle_pile(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: R
 
 
 def _simulate(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: Rule, timestep: float) -> Array:
-    spec = new_spec(timestep, count)
+    spec = new_spec(timestep)
     supports = add_support(spec, layout)
     panels = _add_frame(spec, layout)
     names = add_objects(spec, kind, count, supports, rule)
@@ -145,17 +145,8 @@ def _drop_poses(kind: ObjectKind, count: int, layout: Layout, rng: np.random.Gen
 
 
 def _cache_file(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: Rule, timestep: float) -> Path:
-    content = [
-        CACHE_VERSION,
-        mujoco.__version__,
-        repr(kind),
-        count,
-        layout.kind,
-        layout.frame_size,
-        seed,
-        rule,
-        timestep,
-    ]
+    numerics = [OBJECT_IMPEDANCE, NATURAL_FREQUENCY, rule, timestep, mujoco.__version__]
+    content = [CACHE_VERSION, numerics, repr(kind), count, seed, repr(layout)]
     digest = hashlib.sha256(json.dumps(content).encode()).hexdigest()[:24]
     root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     return Path(root) / "pilegrasp" / "piles" / f"{digest}.npy"
