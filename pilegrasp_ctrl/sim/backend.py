@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import mujoco
-import numpy as np
 
 from ..types import Array, Observation
 from .scene import Scene
@@ -23,6 +22,9 @@ class Simulation:
         self.scene, self._sensor, self._steps = scene, sensor, steps
         self.data = mujoco.MjData(scene.model)
         self._n = scene.arm_dofs
+        # Views: looking an array up in MjData costs more than reading it.
+        self._q, self._v = self.data.qpos[: self._n], self.data.qvel[: self._n]
+        self._torque, self._closure = self.data.ctrl[: self._n], self.data.ctrl[self._n :]
 
     def reset(self, q: Array, object_poses: Array) -> None:
         """Put the arm at `q` (nv,) [rad] at rest and the objects at their settled poses (n, 7)."""
@@ -33,15 +35,12 @@ class Simulation:
 
     def observe(self) -> Observation:
         """Read encoders and wrist sensor; call it once a control period."""
-        n = self._n
-        return Observation(
-            self.data.time, self.data.qpos[:n].copy(), self.data.qvel[:n].copy(), self._sensor.read(self.data)
-        )
+        return Observation(self.data.time, self._q.copy(), self._v.copy(), self._sensor.read(self.data))
 
     def apply(self, torque: Array, closure: float) -> None:
         """Set the joint torques (nv,) [N·m] and the hand's closure in [0, 1]."""
-        self.data.ctrl[: self._n] = torque
-        self.data.ctrl[self._n :] = closure
+        self._torque[:] = torque
+        self._closure[:] = closure
 
     def step(self) -> None:
         """Advance by one control period; the command is held."""
@@ -50,7 +49,3 @@ class Simulation:
     def poses(self, bodies: Array) -> tuple[Array, Array]:
         """Return positions (n, 3) [m] and quaternions wxyz (n, 4) of bodies."""
         return self.data.xpos[bodies].copy(), self.data.xquat[bodies].copy()
-
-    def held_still(self) -> bool:
-        """Whether every object rests; for tests and experiments."""
-        return bool(np.abs(self.data.qvel[self._n :]).max(initial=0.0) < 1e-2)

@@ -29,7 +29,7 @@ REST_TIME = 0.3
 """The pile is settled when all objects have rested for this long [s]."""
 TIME_LIMIT = 20.0
 """Of the simulated settling, for each of its two phases [s]."""
-CACHE_VERSION = 5
+CACHE_VERSION = 6
 
 
 def settle_pile(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: Rule, timestep: float) -> Array:

@@ -20,6 +20,8 @@ from .surface import SUPPORT
 
 WOOD = (0.72, 0.60, 0.46, 1.0)
 WALL_COLOR = (0.62, 0.68, 0.74, 0.45)
+SOLVER_ITERATIONS = 30
+"""Of CG, at most; each step starts from the solution of the one before."""
 SLEEP_TOLERANCE = 5e-3
 """An island whose generalised velocities, scaled by length, stay below this [m/s] falls asleep."""
 
@@ -53,6 +55,7 @@ def new_spec(timestep: float, file: str | None = None) -> mujoco.MjSpec:
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     # Newton stalls now and then on a light finger between two balls, and a stalled step throws both away.
     option.solver = mujoco.mjtSolver.mjSOL_CG
+    option.iterations = SOLVER_ITERATIONS
     option.impratio = 3.0
     # A pile at rest costs nothing while the arm is still in the air; whatever touches it wakes it.
     option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
@@ -117,7 +120,7 @@ def build_scene(scenario: Scenario, hand: Hand, kind: ObjectKind, layout: Layout
     on_object = pair_parameters(combine(hand.surface, kind.surface, rule))
     for finger in hand.contact_geoms:
         for support in supports:
-            add_pair(spec, finger, support, on_support, condim=4)
+            add_pair(spec, finger, support, on_support, condim=3)
         for name in objects:
             add_pair(spec, finger, name, on_object)
     model = spec.compile()
