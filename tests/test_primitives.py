@@ -53,13 +53,13 @@ def test_the_reference_continues_where_the_last_one_was_and_never_jumps(primitiv
 
 def test_approach_ends_at_the_surface_only_on_the_way_down():
     phase = APPROACH.begin(sensed(0.0, force=(0.0, 0.0, 0.5)), still())
-    down = phase.across.duration
+    down = phase.path.lines[0].duration
     assert phase.ending(sensed(down + 0.3, force=(0.0, 0.0, 2.2))) is None
     ending = phase.ending(sensed(down + 0.3, force=(0.0, 0.0, 2.4)))
     assert (ending.trigger, ending.failed) == ("surface contact", False)
     assert phase.ending(sensed(0.5 * down, force=(0.0, 0.0, 3.0))) is None
     assert phase.ending(sensed(0.5 * down, force=(-20.0, 0.0, 0.0))).failed
-    assert phase.ending(sensed(down + phase.down.duration + 1.0)).failed
+    assert phase.ending(sensed(phase.path.duration + 1.0)).failed
 
 
 def test_push_triggers_on_the_force_along_the_push_relative_to_its_start():
@@ -69,7 +69,7 @@ def test_push_triggers_on_the_force_along_the_push_relative_to_its_start():
     assert phase.ending(sensed(2.0, force=(-3.0, 40.0, 40.0))) is None
     ending = phase.ending(sensed(2.0, force=(-20.0, 0.0, 4.0)))
     assert (ending.trigger, ending.failed) == ("grasp force", False)
-    late = phase.ending(sensed(1.0 + phase.down.duration + phase.along.duration + 0.6))
+    late = phase.ending(sensed(1.0 + phase.path.duration + 0.6))
     assert late.failed
     assert "never reached" in late.trigger
 
@@ -77,7 +77,7 @@ def test_push_triggers_on_the_force_along_the_push_relative_to_its_start():
 def test_push_slides_below_the_touch_down_and_asks_for_its_normal_force():
     touch = HERE.moved([0.0, 0.0, -0.24])
     phase = Push(X, 0.1, 17.0, 0.3, 0.006, 5.0, 0.0).begin(sensed(0.0, touch), still(HERE.moved([0.0, 0.0, -0.245])))
-    middle = phase.target(sensed(phase.down.duration + 0.5 * phase.along.duration, touch))
+    middle = phase.target(sensed(phase.path.duration - 0.5 * phase.path.lines[1].duration, touch))
     assert middle.reference.pose.translation[2] == pytest.approx(touch.translation[2] - 0.006)
     np.testing.assert_allclose(middle.reference.twist[:3], 0.1 * X, atol=1e-12)
     np.testing.assert_allclose(middle.desired_force[:3], [0.0, 0.0, -5.0])
@@ -104,17 +104,17 @@ def test_scoop_tilts_about_its_heel_which_is_not_pressed_into_the_table():
     edge = Pose([0.9, 0.0, 0.0], tool_rotation(0.0, slope))
     phase = Scoop(angle, length, slope).begin(sensed(0.0, edge), still(edge))
     heel = [0.9, 0.0, 0.0] - length * edge.rotation[:, 0]
-    for time in np.linspace(0.0, phase.line.duration, 20):
+    for time in np.linspace(0.0, phase.path.duration, 20):
         pose = phase.target(sensed(time)).reference.pose
         assert (pose.translation - length * pose.rotation[:, 0])[2] > heel[2] - 0.012
-    end = phase.line.end
+    end = phase.path.lines[-1].end
     np.testing.assert_allclose(end.rotation, tool_rotation(0.0, slope - angle), atol=1e-9)
     np.testing.assert_allclose(end.translation - length * end.rotation[:, 0], heel, atol=1e-9)
 
 
 def test_lift_must_arrive():
     phase = Lift(0.2, 0.12, 1.0).begin(sensed(0.0), still())
-    over = phase.line.duration + 1.01
+    over = phase.path.duration + 1.01
     assert phase.ending(sensed(over - 0.1, HERE.moved([0, 0, 0.2]))) is None
     assert phase.ending(sensed(over, HERE.moved([0, 0, 0.2]))).trigger == "lifted"
     assert phase.ending(sensed(over, HERE)).failed

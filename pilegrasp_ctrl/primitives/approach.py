@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
 from ..types import Pose
+from .path_phase import NO_FORCE, OVERTIME, PathPhase
 from .primitive import Ending, Sensed, Target
 
 SEARCH_DEPTH = 0.05
@@ -39,38 +41,28 @@ class Approach:
         """Start from the last reference pose."""
         start = last.reference.pose
         across = StraightLine(start, self.pre_grasp.translation - start.translation, self.speed)
-        down = StraightLine(across.end, [0.0, 0.0, -(self.height + SEARCH_DEPTH)], self.touch_speed)
-        return ApproachPhase(self, sensed, across, down)
+        down = StraightLine(across.end, np.array([0.0, 0.0, -(self.height + SEARCH_DEPTH)]), self.touch_speed)
+        return ApproachPhase(sensed, LineChain((across, down)), self.closure, NO_FORCE, self)
 
 
-@dataclass(frozen=True, slots=True)
-class ApproachPhase:
+@dataclass(frozen=True, slots=True, eq=False)
+class ApproachPhase(PathPhase):
     """An approach under way."""
 
     plan: Approach
-    start: Sensed
-    across: StraightLine
-    down: StraightLine
-
-    def target(self, sensed: Sensed) -> Target:
-        """Return the point on the first line, then on the second."""
-        elapsed = sensed.time - self.start.time
-        descending = elapsed - self.across.duration
-        reference = self.across.at(elapsed) if descending < 0.0 else self.down.at(descending)
-        return Target(reference, self.plan.closure)
 
     def force(self, sensed: Sensed) -> float:
         """Return the surface's normal force."""
-        return float(sensed.wrench[2] - self.start.wrench[2])
+        return float(self.change(sensed)[2])
 
     def ending(self, sensed: Sensed) -> Ending | None:
         """End at the surface; a contact before the descent is a collision."""
-        elapsed = sensed.time - self.start.time
-        if elapsed < self.across.duration:
-            blow = np.linalg.norm(sensed.wrench[:3] - self.start.wrench[:3])
+        elapsed = self.elapsed(sensed)
+        if elapsed < self.path.lines[0].duration:
+            blow = np.linalg.norm(self.change(sensed))
             return Ending("collision in free space", failed=True) if blow > 5.0 * self.plan.touch_force else None
         if self.force(sensed) > self.plan.touch_force:
             return Ending("surface contact")
-        if elapsed > self.across.duration + self.down.duration + 0.5:
+        if elapsed > self.path.duration + OVERTIME:
             return Ending("travel limit: no surface", failed=True)
         return None

@@ -37,7 +37,7 @@ class Grasp:
         return GraspPhase(self, sensed, last.reference.pose)
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class GraspPhase:
     """A grasp under way; remembers how far it has advanced."""
 
@@ -51,10 +51,11 @@ class GraspPhase:
         """Advance by the time that has passed since the last call, the hand closed."""
         plan = self.plan
         speed = plan.speed * float(np.clip(1.0 - self.pressure(sensed) / plan.grasp_force, -1.0, 1.0))
-        elapsed = sensed.time - (self.start.time if self._time is None else self._time)
+        wanted = self._advanced + speed * (sensed.time - (self.start.time if self._time is None else self._time))
         self._time = sensed.time
-        self._advanced = float(np.clip(self._advanced + speed * elapsed, -plan.advance, plan.advance))
-        twist = np.concatenate([speed * plan.direction, np.zeros(3)])
+        self._advanced = float(np.clip(wanted, -plan.advance, plan.advance))
+        moving = self._advanced == wanted
+        twist = np.concatenate([moving * speed * plan.direction, np.zeros(3)])
         return Target(Reference(self.here.moved(self._advanced * plan.direction), twist), 1.0)
 
     def pressure(self, sensed: Sensed) -> float:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
+from .path_phase import NO_FORCE, PathPhase
 from .primitive import Ending, Sensed, Target
 
 
@@ -19,31 +23,23 @@ class Lift:
 
     def begin(self, sensed: Sensed, last: Target) -> LiftPhase:
         """Start from the last reference pose."""
-        return LiftPhase(
-            self, sensed, StraightLine(last.reference.pose, [0.0, 0.0, self.height], self.speed), last.closure
-        )
+        line = StraightLine(last.reference.pose, np.array([0.0, 0.0, self.height]), self.speed)
+        return LiftPhase(sensed, LineChain((line,)), last.closure, NO_FORCE, self)
 
 
-@dataclass(frozen=True, slots=True)
-class LiftPhase:
+@dataclass(frozen=True, slots=True, eq=False)
+class LiftPhase(PathPhase):
     """A lift under way."""
 
     plan: Lift
-    start: Sensed
-    line: StraightLine
-    closure: float
-
-    def target(self, sensed: Sensed) -> Target:
-        """Return the point on the line."""
-        return Target(self.line.at(sensed.time - self.start.time), self.closure)
 
     def force(self, sensed: Sensed) -> float:
         """Return the weight that the hand has taken on."""
-        return float(self.start.wrench[2] - sensed.wrench[2])
+        return float(-self.change(sensed)[2])
 
     def ending(self, sensed: Sensed) -> Ending | None:
         """End when the hand has been held up long enough, if it got there."""
-        if sensed.time - self.start.time < self.line.duration + self.plan.hold:
+        if self.elapsed(sensed) < self.path.duration + self.plan.hold:
             return None
-        short = self.line.end.translation[2] - sensed.pose.translation[2]
+        short = self.path.lines[-1].end.translation[2] - sensed.pose.translation[2]
         return Ending("lifted") if short < 0.05 else Ending(f"the lift ended {1000 * short:.0f} mm short", failed=True)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
+from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
 from ..types import Array
+from .path_phase import NO_FORCE, PathPhase
 from .primitive import Ending, Sensed, Target
 
 SETTLE_TIME = 0.5
@@ -31,26 +31,14 @@ class Move:
 
     def begin(self, sensed: Sensed, last: Target) -> MovePhase:
         """Start from the last reference pose."""
-        return MovePhase(self, sensed, StraightLine(last.reference.pose, self.displacement, self.speed))
+        line = StraightLine(last.reference.pose, self.displacement, self.speed)
+        return MovePhase(sensed, LineChain((line,)), self.closure, NO_FORCE)
 
 
-@dataclass(frozen=True, slots=True)
-class MovePhase:
+@dataclass(frozen=True, slots=True, eq=False)
+class MovePhase(PathPhase):
     """A line under way."""
-
-    plan: Move
-    start: Sensed
-    line: StraightLine
-
-    def target(self, sensed: Sensed) -> Target:
-        """Return the point on the line."""
-        return Target(self.line.at(sensed.time - self.start.time), self.plan.closure)
-
-    def force(self, sensed: Sensed) -> float:
-        """Return the force on the hand; none is expected in free space."""
-        return float(np.linalg.norm(sensed.wrench[:3] - self.start.wrench[:3]))
 
     def ending(self, sensed: Sensed) -> Ending | None:
         """End when the line and the rest after it are over."""
-        over = sensed.time - self.start.time >= self.line.duration + SETTLE_TIME
-        return Ending("end of the line") if over else None
+        return Ending("end of the line") if self.elapsed(sensed) >= self.path.duration + SETTLE_TIME else None

@@ -6,9 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
 from ..types import Array
+from .path_phase import OVERTIME, PathPhase
 from .primitive import Ending, Sensed, Target
+
+SINK_SPEED = 0.04
+"""Of the reference on its way to the press depth [m/s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,39 +43,26 @@ class Push:
         """Start where the hand touches down, wherever the reference has gone meanwhile."""
         reference = last.reference.pose
         sink = sensed.pose.translation[2] - self.press_depth - reference.translation[2]
-        down = StraightLine(reference, [0.0, 0.0, sink], SINK_SPEED)
+        down = StraightLine(reference, np.array([0.0, 0.0, sink]), SINK_SPEED)
         along = StraightLine(down.end, self.travel * np.asarray(self.direction), self.speed)
-        return PushPhase(self, sensed, down, along)
+        desired_force = np.array([0.0, 0.0, -self.normal_force, 0.0, 0.0, 0.0])
+        return PushPhase(sensed, LineChain((down, along)), self.closure, desired_force, self)
 
 
-SINK_SPEED = 0.04
-
-
-@dataclass(frozen=True, slots=True)
-class PushPhase:
+@dataclass(frozen=True, slots=True, eq=False)
+class PushPhase(PathPhase):
     """A push under way."""
 
     plan: Push
-    start: Sensed
-    down: StraightLine
-    along: StraightLine
-
-    def target(self, sensed: Sensed) -> Target:
-        """Return the point on the line; the desired force presses on the support."""
-        elapsed = sensed.time - self.start.time
-        sliding = elapsed - self.down.duration
-        reference = self.down.at(elapsed) if sliding < 0.0 else self.along.at(sliding)
-        desired_force = np.array([0.0, 0.0, -self.plan.normal_force, 0.0, 0.0, 0.0])
-        return Target(reference, self.plan.closure, desired_force)
 
     def force(self, sensed: Sensed) -> float:
         """Return the force against the push."""
-        return float(-self.plan.direction @ (sensed.wrench[:3] - self.start.wrench[:3]))
+        return float(-self.plan.direction @ self.change(sensed))
 
     def ending(self, sensed: Sensed) -> Ending | None:
         """End at F_grasp, or where the travel ends."""
         if self.force(sensed) >= self.plan.grasp_force:
             return Ending("grasp force")
-        if sensed.time - self.start.time > self.down.duration + self.along.duration + 0.5:
+        if self.elapsed(sensed) > self.path.duration + OVERTIME:
             return Ending("travel limit: the force along the push never reached F_grasp", failed=True)
         return None

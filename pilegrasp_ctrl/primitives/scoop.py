@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
+from .path_phase import NO_FORCE, PathPhase
 from .primitive import Ending, Sensed, Target
 
 ANGULAR_SPEED = 0.6
@@ -44,25 +46,13 @@ class Scoop:
         displacement = forward * level / np.linalg.norm(level) + np.array([0.0, 0.0, upward])
         turn = -self.angle * here.rotation[:, 1]
         line = StraightLine(here, displacement, 1.0, rotation=turn, angular_speed=ANGULAR_SPEED)
-        return ScoopPhase(sensed, line, last.closure)
+        return ScoopPhase(sensed, LineChain((line,)), last.closure, NO_FORCE)
 
 
-@dataclass(frozen=True, slots=True)
-class ScoopPhase:
+@dataclass(frozen=True, slots=True, eq=False)
+class ScoopPhase(PathPhase):
     """A scoop under way."""
-
-    start: Sensed
-    line: StraightLine
-    closure: float
-
-    def target(self, sensed: Sensed) -> Target:
-        """Return the point on the line."""
-        return Target(self.line.at(sensed.time - self.start.time), self.closure)
-
-    def force(self, sensed: Sensed) -> float:
-        """Return how much the force on the shovel has changed."""
-        return float(np.linalg.norm(sensed.wrench[:3] - self.start.wrench[:3]))
 
     def ending(self, sensed: Sensed) -> Ending | None:
         """End when the tilt is over."""
-        return Ending("tilted back") if sensed.time - self.start.time >= self.line.duration + REST_TIME else None
+        return Ending("tilted back") if self.elapsed(sensed) >= self.path.duration + REST_TIME else None

@@ -1,0 +1,49 @@
+"""What primitives have in common that follow lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..trajectories.line_chain import LineChain
+from ..types import Array
+from .primitive import Sensed, Target
+
+NO_FORCE = np.zeros(6)
+NO_FORCE.setflags(write=False)
+OVERTIME = 0.5
+"""A primitive that waits for an event goes on for this long after its path has ended [s]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathPhase:
+    """A primitive under way along straight lines.
+
+    Attributes:
+        start: what was sensed when it began.
+        path: of the tool.
+        closure: of the hand.
+        desired_force: (6,) that the hand should exert on the environment [N, N·m].
+    """
+
+    start: Sensed
+    path: LineChain
+    closure: float
+    desired_force: Array
+
+    def elapsed(self, sensed: Sensed) -> float:
+        """Return the time since the primitive began [s]."""
+        return sensed.time - self.start.time
+
+    def change(self, sensed: Sensed) -> Array:
+        """Return how the force on the hand (3,) has changed since the primitive began [N]."""
+        return sensed.wrench[:3] - self.start.wrench[:3]
+
+    def target(self, sensed: Sensed) -> Target:
+        """Return the point on the path."""
+        return Target(self.path.at(self.elapsed(sensed)), self.closure, self.desired_force)
+
+    def force(self, sensed: Sensed) -> float:
+        """Return the size of the change of force [N]."""
+        return float(np.linalg.norm(self.change(sensed)))
