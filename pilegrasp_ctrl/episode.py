@@ -136,6 +136,7 @@ class _Loop:
         self._ticks: list[float] = []
         self._next_progress = 0.0
         self._target = Target(Reference(attempt.plan.start), attempt.plan.closure)
+        self._zero = np.zeros(6)
 
     def run(self) -> EpisodeResult:
         """Run every primitive until one fails, then judge."""
@@ -189,6 +190,7 @@ class _Loop:
             sensed = Sensed(observation.time, state.pose, observation.wrench)
             if phase is None:
                 phase, begun, last = primitive.begin(sensed, self._target), sensed, sensed
+                self._zero = sensed.wrench if primitive.tares else self._zero
             travel += math.dist(sensed.pose.translation, last.pose.translation)
             last = sensed
             peak = max(peak, phase.force(sensed))
@@ -203,7 +205,7 @@ class _Loop:
             self._ticks.append(time.perf_counter() - tick)
             torque = output.command.torque
             if self._recorder:
-                self._recorder.sample(observation, state, self._target, torque, begun.wrench)
+                self._recorder.sample(observation, state, self._target, torque, self._zero)
             self._watchdog.check(simulation.data, torque)
             simulation.apply(torque, self._target.closure)
             simulation.step()

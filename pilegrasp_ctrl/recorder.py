@@ -42,7 +42,7 @@ class Recorder:
         self._next_frame = self._next_row = 0.0
 
     def sample(self, observation: Observation, state: ArmState, target: Target, torque: Array, zero: Array) -> None:
-        """Note one control tick; `zero` (6,) is the wrench at the start of the primitive."""
+        """Note one control tick; push and normal force are relative to the wrench `zero` (6,)."""
         if observation.time >= self._next_frame - 1e-9:
             self._next_frame += FRAME_PERIOD
             self._frames.append((observation.time, *self._simulation.poses(self._ids)))

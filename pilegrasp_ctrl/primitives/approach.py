@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -36,6 +37,7 @@ class Approach:
     touch_force: float
     closure: float
     name: str = "approach"
+    tares: ClassVar[bool] = True
 
     def begin(self, sensed: Sensed, last: Target) -> ApproachPhase:
         """Start from the last reference pose."""

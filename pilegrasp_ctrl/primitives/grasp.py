@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -31,6 +32,7 @@ class Grasp:
     grasp_force: float
     advance: float
     name: str = "grasp"
+    tares: ClassVar[bool] = False
 
     def begin(self, sensed: Sensed, last: Target) -> GraspPhase:
         """Start from the last reference pose, at F_grasp."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -20,6 +21,7 @@ class Lift:
     speed: float
     hold: float
     name: str = "lift"
+    tares: ClassVar[bool] = False
 
     def begin(self, sensed: Sensed, last: Target) -> LiftPhase:
         """Start from the last reference pose."""

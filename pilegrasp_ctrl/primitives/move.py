@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
@@ -28,6 +29,7 @@ class Move:
     speed: float
     closure: float = 0.0
     name: str = "line"
+    tares: ClassVar[bool] = True
 
     def begin(self, sensed: Sensed, last: Target) -> MovePhase:
         """Start from the last reference pose."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -66,6 +66,9 @@ class Phase(Protocol):
 
 class Primitive(Protocol):
     """A primitive that is waiting for its turn."""
+
+    tares: ClassVar[bool]
+    """Whether the recorded forces are set to zero where it begins; grasp and lift go on from the push's zero."""
 
     @property
     def name(self) -> str:

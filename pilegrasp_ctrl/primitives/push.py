@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -38,6 +39,7 @@ class Push:
     normal_force: float
     closure: float
     name: str = "push"
+    tares: ClassVar[bool] = True
 
     def begin(self, sensed: Sensed, last: Target) -> PushPhase:
         """Start where the hand touches down, wherever the reference has gone meanwhile."""

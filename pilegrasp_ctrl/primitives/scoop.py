@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -32,6 +33,7 @@ class Scoop:
     heel: float
     slope: float
     name: str = "grasp"
+    tares: ClassVar[bool] = False
 
     def begin(self, sensed: Sensed, last: Target) -> ScoopPhase:
         """Start from the last reference pose.
