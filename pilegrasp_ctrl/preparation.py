@@ -13,7 +13,7 @@ from .config import Scenario
 from .control.gains import Impedance, MotionGains, load_gains
 from .control.hybrid_impedance import HybridImpedanceController
 from .control.operational_space import OperationalSpaceController
-from .exceptions import ConfigurationError
+from .exceptions import ConfigurationError, UnreachablePoseError
 from .primitives.primitive import Target
 from .primitives.strategy import Plan, Tool, line_plan, pile_extent, pile_strategy
 from .robots import path
@@ -69,15 +69,11 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     object_poses = settle_pile(
         kind, scenario.pile.count, layout, seed, scenario.sim.contact_rule, scenario.sim.timestep
     )
-    plan = _plan(scenario, hand, layout, object_poses, kind.bounding_radius)
     tool = hand.mass_properties()
     base = layout.transform_base_to_world
     arm = ArmModel.load(scenario.robot, tool=tool, tool_frame=hand.transform_tool_to_flange, base=base)
     search = StartPosture(scenario.robot, hand.transform_tool_to_flange, base)
-    q = search.solve(plan.start)
-    on_the_way = q
-    for pose in plan.waypoints:
-        on_the_way = search.solve(pose, on_the_way)
+    plan, q = _plan_within_reach(scenario, hand, layout, object_poses, kind.bounding_radius, search)
     scene = build_scene(scenario, hand, kind, layout)
     period = steps * scenario.sim.timestep
     sensor = WristSensor(scene.model, tool, scenario.sensor, period, seed)
@@ -96,7 +92,26 @@ def _steps(scenario: Scenario) -> int:
     return round(ratio)
 
 
-def _plan(scenario: Scenario, hand: Hand, layout: Layout, object_poses: Array, radius: float) -> Plan:
+def _plan_within_reach(
+    scenario: Scenario, hand: Hand, layout: Layout, object_poses: Array, radius: float, search: StartPosture
+) -> tuple[Plan, Array]:
+    """Return the plan with the longest push that the arm can follow to its end, and the start posture."""
+    for farthest in REACH:
+        plan = _plan(scenario, hand, layout, object_poses, radius, farthest)
+        q = posture = search.solve(plan.start)
+        for pose in plan.waypoints:
+            posture = search.solve(pose, posture)
+        try:
+            search.solve(plan.end, posture)
+        except UnreachablePoseError:
+            if farthest == REACH[-1]:
+                raise
+            continue
+        break
+    return plan, q
+
+
+def _plan(scenario: Scenario, hand: Hand, layout: Layout, object_poses: Array, radius: float, farthest: float) -> Plan:
     if scenario.program == "line":
         return line_plan(scenario.line, _tool(hand))
     alpha = np.radians(scenario.strategy.alpha_deg)
@@ -104,7 +119,7 @@ def _plan(scenario: Scenario, hand: Hand, layout: Layout, object_poses: Array, r
     positions = object_poses[:, :2]
     center = np.median(positions, axis=0) if len(positions) else layout.frame_center
     extent = pile_extent(positions, radius, center, direction) if len(positions) else 0.5 * layout.frame_size
-    return pile_strategy(scenario.strategy, _tool(hand), center, extent, REACH, grasp=scenario.program == "grasp")
+    return pile_strategy(scenario.strategy, _tool(hand), center, extent, farthest, grasp=scenario.program == "grasp")
 
 
 def _tool(hand: Hand) -> Tool:

@@ -132,7 +132,7 @@ def test_strategy_places_the_hand_behind_the_pile_and_turns_with_alpha_and_beta(
     assert np.degrees(np.arcsin(-fingers[2])) == pytest.approx(50.0)
     assert np.degrees(np.arctan2(fingers[1], fingers[0])) == pytest.approx(20.0)
     np.testing.assert_allclose(plan.start.rotation.T @ plan.start.rotation, np.eye(3), atol=1e-12)
-    assert np.linalg.norm(plan.waypoints[2].translation[:2]) == pytest.approx(1.0)
+    assert np.linalg.norm(plan.end.translation[:2]) == pytest.approx(1.0)
     assert [primitive.name for primitive in plan.primitives] == ["approach", "push", "grasp", "lift"]
     assert len(pile_strategy(config, TOOL, center, 0.12, 1.0, grasp=False).primitives) == 2
 
@@ -140,7 +140,7 @@ def test_strategy_places_the_hand_behind_the_pile_and_turns_with_alpha_and_beta(
 def test_line_plan_starts_and_ends_where_asked():
     plan = line_plan(LineConfig(start=(0.6, -0.1, 0.3), displacement=(0.0, 0.2, 0.0)), TOOL)
     np.testing.assert_allclose(plan.start.translation, [0.6, -0.1, 0.3])
-    np.testing.assert_allclose(plan.waypoints[-1].translation, [0.6, 0.1, 0.3])
+    np.testing.assert_allclose(plan.end.translation, [0.6, 0.1, 0.3])
 
 
 def test_the_piles_edge_ignores_strays():

@@ -60,6 +60,7 @@ class Plan:
         start: where the tool begins.
         primitives: in their order.
         waypoints: poses on the way that must be within reach.
+        end: farthest pose of the motion, which must be within reach as well.
         closure: of the hand at the start.
         direction: (3,) of the push, along which the force is watched.
     """
@@ -67,6 +68,7 @@ class Plan:
     start: Pose
     primitives: tuple[Primitive, ...]
     waypoints: tuple[Pose, ...]
+    end: Pose
     closure: float
     direction: Array
 
@@ -134,14 +136,14 @@ def pile_strategy(
         )
         primitives += (closing, Lift(config.lift_height, LIFT_SPEED, HOLD_TIME))
     far = Pose(touch + travel * direction, rotation)
-    return Plan(start, primitives, (pre_grasp, Pose(touch, rotation), far), tool.preshape, direction)
+    return Plan(start, primitives, (pre_grasp, Pose(touch, rotation)), far, tool.preshape, direction)
 
 
 def line_plan(config: LineConfig, tool: Tool) -> Plan:
     """Return the plan of a straight line in free space, the hand sloping as for a push along x."""
     start = Pose(np.array(config.start), tool_rotation(0.0, tool.theta))
     move = Move(np.array(config.displacement), config.speed, tool.preshape)
-    return Plan(start, (move,), (start.moved(config.displacement),), tool.preshape, np.array([1.0, 0.0, 0.0]))
+    return Plan(start, (move,), (), start.moved(config.displacement), tool.preshape, np.array([1.0, 0.0, 0.0]))
 
 
 def _travel(start: Array, direction: Array, reach: float) -> float:

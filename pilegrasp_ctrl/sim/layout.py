@@ -23,8 +23,8 @@ WALL_DISTANCE = 1.0
 CORNER_DISTANCE = 1.10
 """From the arm's axis to the corner's apex; the push of alpha = 0 runs along the bisector of its walls [m]."""
 
-REACH = 1.04
-"""Farthest fingertip position from the arm's axis that a push may ask for [m]."""
+REACH = (1.04, 1.0, 0.96, 0.92)
+"""Farthest fingertip position from the arm's axis that a push asks for; the first that the arm can reach counts [m]."""
 
 WALL_HALF_THICKNESS = 0.02
 WALL_HALF_HEIGHT = 0.08
