@@ -57,8 +57,8 @@ class Hand:
 
     @property
     def contact_geoms(self) -> tuple[str, ...]:
-        """Names of the geoms that touch objects and table: all but the sensor's housing and the shovel's bracket."""
-        return tuple(geom.name for geom in self.alone().geoms if geom.name not in ("sensor", "bracket"))
+        """Names of the geoms that touch objects and table: all but the shovel's bracket."""
+        return tuple(geom.name for geom in self.alone().geoms if geom.name != "bracket")
 
     @property
     def controller(self) -> str:

@@ -12,6 +12,9 @@ import numpy as np
 from ..exceptions import ConfigurationError
 from .surface import Surface
 
+OBJECT_BIT = 2
+"""Contact affinity of the objects; the arm's links get it as a contact type, everything else has explicit pairs."""
+
 TENNIS_BALL = Surface(lateral=0.6, spinning=0.001, rolling=0.001, restitution=0.72, rank=1)
 """Cross (2002), Tables I-II: 0.6 on a surface that bites, restitution 0.72 at 60 g. All objects share its friction."""
 
@@ -76,8 +79,8 @@ class ObjectKind:
             type=getattr(mujoco.mjtGeom, f"mjGEOM_{self.shape.upper()}"),
             size=size,
             rgba=rgba,
-            contype=4,
-            conaffinity=2,
+            contype=0,
+            conaffinity=OBJECT_BIT,
         )
 
 

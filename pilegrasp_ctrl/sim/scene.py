@@ -15,11 +15,13 @@ from ..robots import path
 from .contact import Rule, add_pair, combine, pair_parameters
 from .hand import Hand
 from .layout import TABLE_HALF_SIZE, WALL_DISTANCE, Layout
-from .objects import ObjectKind
+from .objects import OBJECT_BIT, ObjectKind
 from .surface import SUPPORT
 
 WOOD = (0.72, 0.60, 0.46, 1.0)
 WALL_COLOR = (0.62, 0.68, 0.74, 0.45)
+SUPPORT_BIT = 1
+"""Contact type of table and walls, with which the arm's collision shapes are compatible."""
 SOLVER_ITERATIONS = 30
 """Of CG, at most; each step starts from the solution of the one before."""
 SLEEP_TOLERANCE = 5e-3
@@ -71,8 +73,8 @@ def add_support(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
         pos=[WALL_DISTANCE - TABLE_HALF_SIZE[0] + 0.1, 0.0, 0.0],
         size=[*TABLE_HALF_SIZE, 0.05],
         rgba=WOOD,
-        contype=1,
-        conaffinity=2,
+        contype=SUPPORT_BIT,
+        conaffinity=0,
     )
     for wall in layout.walls:
         spec.worldbody.add_geom(
@@ -82,8 +84,8 @@ def add_support(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
             quat=[np.cos(wall.yaw / 2.0), 0.0, 0.0, np.sin(wall.yaw / 2.0)],
             size=wall.half_size,
             rgba=WALL_COLOR,
-            contype=1,
-            conaffinity=2,
+            contype=SUPPORT_BIT,
+            conaffinity=0,
         )
     return ["table", *(wall.name for wall in layout.walls)]
 
@@ -111,6 +113,9 @@ def build_scene(scenario: Scenario, hand: Hand, kind: ObjectKind, layout: Layout
     arm_joints = len(spec.joints)
     spec.body("base_link").pos = layout.transform_base_to_world.translation
     hand.add_to(spec, spec.site("flange"))
+    # Pairs leave out the arm's own links; whatever they hit collides by MuJoCo's defaults.
+    for geom in spec.geoms:
+        geom.contype |= OBJECT_BIT if geom.contype else 0
     # The contact plane has no edge; where the table ends, these links reach below its height.
     for link in ("base_link", "link1", "link2", "link3"):
         spec.add_exclude(bodyname1="world", bodyname2=link)

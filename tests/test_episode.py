@@ -1,0 +1,382 @@
+"""Whole attempts, nothing replaced: what happens in which order, to the last bit, and what cannot be done."""
+
+import gc
+import json
+import tempfile
+
+import numpy as np
+import pytest
+
+from pilegrasp_ctrl.config import load_scenario
+from pilegrasp_ctrl.episode import run
+from pilegrasp_ctrl.exceptions import ConfigurationError, PileError, SimulationError, UnreachablePoseError
+from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.robots import description, path
+from pilegrasp_ctrl.sim import watchdog
+from pilegrasp_ctrl.sim.backend import Simulation
+
+KEYS = [
+    "scenario",
+    "seed",
+    "config_hash",
+    "success",
+    "grasped",
+    "reason",
+    "outcomes",
+    "sim_time",
+    "wall_time",
+    "realtime_factor",
+    "controller",
+]
+OUTCOME_KEYS = ["name", "status", "trigger", "start", "end", "travel", "peak_force"]
+CONTROL_PERIOD = 0.002
+
+
+@pytest.fixture(scope="module", autouse=True)
+def cache(tmp_path_factory):
+    """Every pile is settled here first: nothing depends on what this machine has done before."""
+    folder = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(folder))
+        yield folder
+
+
+@pytest.fixture(scope="module")
+def grasp(cache):
+    return run("spheres_wall", seed=0, record=True)
+
+
+@pytest.fixture(scope="module")
+def alone(cache):
+    return run("spheres_alone", seed=0)
+
+
+@pytest.fixture(scope="module")
+def line(cache):
+    return run("free_space_line", record=True)
+
+
+@pytest.fixture(scope="module")
+def scoop(cache):
+    return run("spheres_wall", seed=0, record=True, overrides={"hand": "shovel"})
+
+
+def told(outcomes):
+    return [(outcome.name, outcome.status, outcome.trigger) for outcome in outcomes]
+
+
+# --- the attempts of the paper ----------------------------------------------------------------------------------------
+
+
+def test_beside_a_wall_the_hand_approaches_pushes_closes_and_lifts(grasp):
+    assert told(grasp.outcomes) == [
+        ("approach", "ended", "surface contact"),
+        ("push", "ended", "grasp force"),
+        ("grasp", "ended", "closed"),
+        ("lift", "ended", "lifted"),
+    ]
+    assert (grasp.success, grasp.reason) == (True, "")
+    assert 1 <= grasp.grasped <= 18
+
+
+def test_primitives_follow_one_another_without_a_gap(grasp):
+    for earlier, later in zip(grasp.outcomes, grasp.outcomes[1:], strict=False):
+        assert later.start == earlier.end > earlier.start
+    assert grasp.sim_time == grasp.outcomes[-1].end
+    assert grasp.outcomes[0].start == pytest.approx(0.5, abs=CONTROL_PERIOD)
+
+
+def test_the_push_ends_at_the_first_tick_at_which_the_force_is_reached(grasp):
+    wanted = load_scenario("spheres_wall").strategy.grasp_force
+    assert wanted <= grasp.outcomes[1].peak_force < 1.3 * wanted
+
+
+def test_the_shovel_carries_out_the_same_primitives_by_tilting_back(scoop):
+    assert told(scoop.outcomes) == [
+        ("approach", "ended", "surface contact"),
+        ("push", "ended", "grasp force"),
+        ("grasp", "ended", "tilted back"),
+        ("lift", "ended", "lifted"),
+    ]
+    assert scoop.success
+    assert scoop.grasped >= 1
+
+
+def test_without_a_support_the_push_finds_no_force_and_nothing_closes(alone):
+    assert [(outcome.name, outcome.status) for outcome in alone.outcomes] == [("approach", "ended"), ("push", "failed")]
+    push = alone.outcomes[1]
+    assert "travel limit" in push.trigger
+    assert push.peak_force < load_scenario("spheres_alone").strategy.grasp_force
+    assert push.travel > 0.2
+    assert (alone.success, alone.grasped) == (False, 0)
+    assert "push" in alone.reason
+    assert push.trigger in alone.reason
+
+
+def test_a_push_into_the_bare_wall_ends_by_the_force_and_grasps_nothing():
+    result = run("push_wall")
+    assert told(result.outcomes) == [("approach", "ended", "surface contact"), ("push", "ended", "grasp force")]
+    assert (result.success, result.grasped, result.reason) == (True, 0, "")
+
+
+# --- what is told -----------------------------------------------------------------------------------------------------
+
+
+def test_the_result_as_a_dictionary_has_the_promised_keys(grasp):
+    facts = grasp.as_dict()
+    assert list(facts) == KEYS
+    assert [list(outcome) for outcome in facts["outcomes"]] == [OUTCOME_KEYS] * 4
+    assert list(facts["controller"]) == ["ticks", "median_us", "p99_us"]
+    assert (facts["scenario"], facts["seed"]) == ("spheres_wall", 0)
+    assert facts["config_hash"] == load_scenario("spheres_wall").config_hash()
+    assert facts["realtime_factor"] * facts["wall_time"] == pytest.approx(facts["sim_time"])
+
+
+def test_every_tick_is_counted(grasp):
+    duration = grasp.outcomes[-1].end - grasp.outcomes[0].start
+    assert grasp.as_dict()["controller"]["ticks"] == round(duration / CONTROL_PERIOD)
+    assert grasp.as_dict()["controller"]["p99_us"] >= grasp.as_dict()["controller"]["median_us"] > 0.0
+
+
+@pytest.mark.parametrize("name", ["grasp", "alone", "line"])
+def test_the_dictionary_is_json(request, name):
+    facts = request.getfixturevalue(name).as_dict()
+    assert json.loads(json.dumps(facts, allow_nan=False)) == facts
+
+
+def test_a_recording_is_made_only_where_one_is_asked_for(grasp, alone):
+    assert alone.recording is None
+    facts = grasp.as_dict()
+    meta = grasp.recording.meta
+    for key in ("scenario", "seed", "config_hash", "success", "grasped", "reason", "outcomes"):
+        assert meta[key] == facts[key]
+    assert meta["config"] == load_scenario("spheres_wall").model_dump(mode="json")
+
+
+def test_the_recording_is_sampled_at_its_rates_from_beginning_to_end(grasp):
+    recording = grasp.recording
+    start, end = grasp.outcomes[0].start, grasp.outcomes[-1].end
+    for times, period in ((recording.frame_time, 1.0 / 30.0), (recording.signal_time, 0.01)):
+        assert times[0] == pytest.approx(start, abs=period)
+        assert times[-1] == pytest.approx(end, abs=period)
+        np.testing.assert_allclose(np.diff(times), period, atol=CONTROL_PERIOD + 1e-9)
+
+
+def test_the_recorded_force_reaches_the_threshold_where_the_push_ends(grasp):
+    recording, push = grasp.recording, grasp.outcomes[1]
+    during = (recording.signal_time >= push.start) & (recording.signal_time < push.end)
+    force = recording.signals["push_force"][during]
+    assert 0.8 * push.peak_force < force.max() <= push.peak_force
+    assert force.argmax() > 0.9 * len(force)
+
+
+def test_the_recorded_objects_rise_that_were_counted(grasp):
+    recording = grasp.recording
+    objects = [index for index, body in enumerate(recording.bodies) if body.role == "object"]
+    rise = recording.body_position[-1, objects, 2] - recording.body_position[0, objects, 2]
+    assert len(objects) == 18
+    assert np.count_nonzero(rise > 0.1) == grasp.grasped
+
+
+def test_progress_tells_time_and_primitive():
+    calls = []
+    result = run("push_wall", progress=lambda time, name: calls.append((time, name)))
+    times = [time for time, _ in calls]
+    assert list(dict.fromkeys(name for _, name in calls)) == ["approach", "push"]
+    assert times == sorted(times)
+    assert len(calls) == pytest.approx(10.0 * (result.sim_time - times[0]), abs=2)
+
+
+# --- to the last bit --------------------------------------------------------------------------------------------------
+
+
+def saved(recording, file):
+    recording.save(file)
+    return file.read_bytes()
+
+
+def test_the_same_seed_gives_the_same_bits_with_and_without_the_cache(grasp, cache, tmp_path, monkeypatch):
+    piles = {file: file.stat().st_mtime_ns for file in cache.rglob("*.npy")}
+    assert piles
+    warm = run("spheres_wall", seed=0, record=True)
+    assert {file: file.stat().st_mtime_ns for file in cache.rglob("*.npy")} == piles
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "elsewhere"))
+    cold = run("spheres_wall", seed=0, record=True)
+    assert len(list((tmp_path / "elsewhere").rglob("*.npy"))) == 1
+    first = saved(grasp.recording, tmp_path / "first.npz")
+    for again in (warm, cold):
+        assert again.outcomes == grasp.outcomes
+        assert (again.grasped, again.sim_time) == (grasp.grasped, grasp.sim_time)
+        assert saved(again.recording, tmp_path / "again.npz") == first
+
+
+def test_recording_does_not_change_the_attempt(line):
+    assert run("free_space_line").outcomes == line.outcomes
+
+
+def test_a_saved_recording_is_read_back_as_it_was(grasp, tmp_path):
+    file = tmp_path / "attempt.npz"
+    grasp.recording.save(file)
+    again = Recording.load(file)
+    np.testing.assert_array_equal(again.body_position, grasp.recording.body_position)
+    assert again.meta == grasp.recording.meta
+
+
+def test_another_seed_is_another_attempt(alone):
+    other = run("spheres_alone", seed=1)
+    assert other.config_hash == alone.config_hash
+    assert other.outcomes != alone.outcomes
+    assert "travel limit" in other.outcomes[-1].trigger
+
+
+# --- tracking and limits ----------------------------------------------------------------------------------------------
+
+
+def test_a_line_in_free_space_is_tracked(line):
+    assert told(line.outcomes) == [("line", "ended", "end of the line")]
+    recording, phase = line.recording, line.outcomes[0]
+    during = (recording.signal_time >= phase.start) & (recording.signal_time <= phase.end)
+    error = recording.signals["tracking_error"][during]
+    assert np.sqrt(np.mean(error**2)) < 1e-3
+    assert error.max() < 3e-3
+    assert recording.signals["orientation_error"][during].max() < np.radians(0.5)
+    reference = recording.signals["reference_position"][during]
+    np.testing.assert_allclose(
+        reference[-1] - reference[0], load_scenario("free_space_line").line.displacement, atol=1e-4
+    )
+
+
+def test_the_hand_feels_nothing_in_free_space(line):
+    assert np.abs(line.recording.signals["wrench"][:, :3]).max() < 1.0
+
+
+@pytest.mark.parametrize("name", ["line", "grasp", "scoop"])
+def test_no_limit_is_exceeded(request, name):
+    signals = request.getfixturevalue(name).recording.signals
+    joints = description("wam7")["joints"]
+    assert signals["torque_ratio"].max() <= 1.0 + 1e-6
+    assert (np.abs(signals["v"]) <= joints["velocity"]).all()
+    assert (signals["q"] >= joints["position_lower"]).all()
+    assert (signals["q"] <= joints["position_upper"]).all()
+
+
+# --- what cannot be done is found out before anything moves -----------------------------------------------------------
+
+
+@pytest.fixture
+def still(monkeypatch):
+    def moved(_):
+        pytest.fail("something moved")
+
+    monkeypatch.setattr(Simulation, "step", moved)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "overrides", "error", "words"),
+    [
+        (
+            "free_space_line",
+            {"line.start": [1.5, 0.0, 0.3]},
+            UnreachablePoseError,
+            ["(1.50, 0.00, 0.30) m", "line.start"],
+        ),
+        ("free_space_line", {"line.displacement": [0.0, 3.0, 0.0]}, UnreachablePoseError, ["(0.55, 2.85, 0.25) m"]),
+        ("spheres_wall", {"strategy.alpha_deg": 90.0}, UnreachablePoseError, ["strategy.alpha_deg"]),
+        ("push_wall", {"controller.rate": 300.0}, ConfigurationError, ["controller.rate", "300 Hz", "sim.timestep"]),
+        ("push_wall", {"controller.rate": 2000.0}, ConfigurationError, ["2000 Hz", "0.001 s"]),
+        ("push_wall", {"controller.gains": "nowhere.toml"}, ConfigurationError, ["nowhere.toml"]),
+        ("push_wall", {"pile.object": "light_spere"}, ConfigurationError, ["light_sphere"]),
+        ("push_wall", {"pile.cout": 3}, ConfigurationError, ["pile.count"]),
+        ("spheres_wall", {"pile.scale": 4.0, "pile.count": 10}, PileError, ["216 mm", "150 mm", "pile.scale"]),
+    ],
+)
+def test_what_cannot_be_done_is_said_before_anything_moves(still, scenario, overrides, error, words):
+    with pytest.raises(error) as caught:
+        run(scenario, overrides=overrides)
+    assert "\n" not in str(caught.value)
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(("kind", "given"), [("operational_space", "impedance"), ("impedance", "operational_space")])
+def test_gains_of_the_wrong_kind_are_refused(still, kind, given):
+    overrides = {"controller.kind": kind, "controller.gains": str(path("wam7", f"{given}.toml"))}
+    with pytest.raises(ConfigurationError, match=f"{given}.toml.*controller.kind = '{kind}'"):
+        run("push_wall", overrides=overrides)
+
+
+def test_a_negative_seed_and_overrides_without_a_file_are_refused(still):
+    with pytest.raises(ConfigurationError, match="seed = -1"):
+        run("push_wall", seed=-1)
+    with pytest.raises(ConfigurationError, match="load_scenario"):
+        run(load_scenario("push_wall"), overrides={"pile.count": 3})
+
+
+# --- what goes wrong on the way ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def last_states(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return tmp_path
+
+
+def test_the_watchdog_stops_an_attempt_and_the_collector_runs_again(last_states, monkeypatch):
+    monkeypatch.setattr(watchdog, "DEEPEST", 1e-6)
+    with pytest.raises(SimulationError, match="overlap") as caught:
+        run("push_wall", record=True)
+    assert gc.isenabled()
+    (file,) = last_states.iterdir()
+    assert str(file) in str(caught.value)
+    assert load_scenario("push_wall").config_hash() in file.name
+    with np.load(file) as states:
+        assert states["time"][-1] > 2.0
+
+
+@pytest.mark.parametrize("when", [0.2, 1.0])
+def test_a_simulation_that_diverges_is_stopped_at_once(last_states, monkeypatch, when):
+    """MuJoCo's own answer to a state that is not finite is to start again from time zero."""
+    step = Simulation.step
+    monkeypatch.chdir(last_states)
+
+    def diverge(simulation):
+        if abs(simulation.data.time - when) < 0.5 * CONTROL_PERIOD:
+            simulation.data.qvel[0] = np.nan
+        step(simulation)
+
+    monkeypatch.setattr(Simulation, "step", diverge)
+    with pytest.raises(SimulationError, match="not finite") as caught:
+        run("push_wall")
+    assert f"at {when:.1f}" in str(caught.value)
+    assert gc.isenabled()
+
+
+def test_an_error_of_another_kind_leaves_the_collector_as_it_was(monkeypatch):
+    def fail(*_):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(watchdog.Watchdog, "check", fail)
+    gc.disable()
+    try:
+        with pytest.raises(ZeroDivisionError):
+            run("push_wall")
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
+    with pytest.raises(ZeroDivisionError):
+        run("push_wall")
+    assert gc.isenabled()
+
+
+def test_the_collector_is_off_while_the_arm_moves_and_on_afterwards(monkeypatch):
+    states = []
+    step = Simulation.step
+
+    def note(simulation):
+        states.append(gc.isenabled())
+        step(simulation)
+
+    monkeypatch.setattr(Simulation, "step", note)
+    run("push_wall")
+    assert not any(states)
+    assert gc.isenabled()
