@@ -13,7 +13,7 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TextIO, TypeGuard
 
 import typer
 from rich.console import Console
@@ -30,38 +30,60 @@ if TYPE_CHECKING:
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="markdown")
 
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document on standard output.")]
-DebugOption = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
+# Without a metavar the help shows flags as `--json <bool>`, as if they took a value.
+JsonOption = Annotated[bool, typer.Option("--json", metavar="", help="Print one JSON document and nothing else.")]
+DebugOption = Annotated[bool, typer.Option("--debug", metavar="", help="Show the traceback of an error.")]
+
+READER_LEFT = 141
+"""The status that a shell shows for a program that SIGPIPE ended."""
+
+NARROWEST = 60
+"""A terminal narrower than this wraps the lines itself; no column is cut [characters]."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status: 0, 2 after an error, 130 after an interrupt."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     try:
+        if sys.stdout is None:
+            raise PilegraspError("standard output is closed, so a result would go nowhere; redirect it to /dev/null")
         status = app(args=arguments, prog_name="pilegrasp", standalone_mode=False)
         sys.stdout.flush()
         return int(status or 0)
     except KeyboardInterrupt:
         return 130
-    except BrokenPipeError:
-        # The reader has left; without this the interpreter complains once more when it closes the stream.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
+    except (BrokenPipeError, SystemExit):
+        # The reader has left, which rich turns into SystemExit. Without this the interpreter complains once more when
+        # it closes the stream.
+        _discard(sys.stdout)
+        return READER_LEFT
     except Exception as error:
         if "--debug" in arguments:
             traceback.print_exc()
         else:
             print(f"error: {_sentence(error)}", file=sys.stderr)
+        if _is_of_a_stream(error):
+            _discard(sys.stdout)
         return 2
 
 
-@app.callback(invoke_without_command=True)
+def _discard(stream: TextIO) -> None:
+    """Send what is still in the stream's buffer nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+@app.callback(
+    invoke_without_command=True,
+    epilog="To begin: `pilegrasp run spheres_wall --html grasp.html`, then open grasp.html in a browser.",
+)
 def pilegrasp(
     context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+    version: Annotated[bool, typer.Option("--version", metavar="", help="Print the version.")] = False,
     debug: DebugOption = False,
 ) -> None:
-    """Open-loop grasping from piles: run attempts, look at them."""
+    """Simulate a robot that grasps from a pile without seeing it, and look at what happened."""
     if version:
         print(__version__)
     elif context.invoked_subcommand is None:
@@ -70,11 +92,11 @@ def pilegrasp(
 
 @app.command("list")
 def list_scenarios(
-    tag: Annotated[str | None, typer.Option(help="Only the scenarios that carry this tag.")] = None,
+    tag: Annotated[str | None, typer.Option(metavar="TAG", help="Only the scenarios that carry this tag.")] = None,
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """List the scenarios that ship."""
+    """List the scenarios that `run` knows by name."""
     from .config import load_scenario
     from .scenarios import names
 
@@ -91,22 +113,32 @@ def list_scenarios(
         table.add_column(column)
     for row in rows:
         table.add_row(escape(row.name), escape(" ".join(row.tags)), escape(row.summary))
-    Console().print(table)
+    _console().print(table)
 
 
-@app.command("run")
+@app.command(
+    "run",
+    epilog="An attempt that grasps nothing is a result, not an error: the exit status is 0. "
+    "A key that does not exist is answered with those that do.",
+)
 def run_scenario(
-    scenario: Annotated[str, typer.Argument(metavar="NAME|FILE.toml", help="A scenario that ships, or a file.")],
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the pile and of the sensor's noise.")] = 0,
+    scenario: Annotated[
+        str,
+        typer.Argument(metavar="NAME|FILE.toml", help="A scenario that `pilegrasp list` shows, or a file of your own."),
+    ],
+    seed: Annotated[int, typer.Option(min=0, metavar="S", help="Seed of the pile and of the sensor's noise.")] = 0,
     settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a key; may be repeated.")
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a key, as in pile.count=5; may be repeated."),
     ] = None,
-    record: Annotated[Path | None, typer.Option(metavar="F.npz", help="Write the recording.")] = None,
-    html: Annotated[Path | None, typer.Option(metavar="F.html", help="Write the recording as a page.")] = None,
+    record: Annotated[Path | None, typer.Option(metavar="F.npz", help="Write the recording to this file.")] = None,
+    html: Annotated[
+        Path | None, typer.Option(metavar="F.html", help="Write a page that shows the attempt in any browser, offline.")
+    ] = None,
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """Carry out one attempt."""
+    """Carry out one attempt: settle the pile, approach, push, grasp, lift."""
     from .config import load_scenario, parse_overrides
 
     chosen = load_scenario(scenario, parse_overrides(settings or []))
@@ -133,12 +165,12 @@ def run_scenario(
 
 @app.command("export")
 def export_recording(
-    recording: Annotated[Path, typer.Argument(metavar="F.npz", help="A recording.")],
+    recording: Annotated[Path, typer.Argument(metavar="F.npz", help="What `pilegrasp run --record` wrote.")],
     html: Annotated[Path, typer.Argument(metavar="F.html", help="The page to write.")],
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """Write a recording as one page that opens offline."""
+    """Turn a recording into a page that shows the attempt in any browser, offline."""
     check_output(html, ".html")
 
     from .recording import Recording
@@ -167,19 +199,40 @@ def doctor(as_json: JsonOption = False, debug: DebugOption = False) -> None:
         for check in checks:
             verdict = "[green]ok" if check.ok else "[red]failed" if check.required else "[yellow]absent"
             table.add_row(escape(check.name), verdict, escape(check.detail))
-        Console().print(table)
+        _console().print(table)
+        if not failed:
+            print("All that is needed works.")
     if failed:
         raise PilegraspError(f"these checks failed: {', '.join(failed)}")
+
+
+def _is_of_a_stream(error: Exception) -> TypeGuard[OSError]:
+    """Tell a full disk behind standard output from the error of a file, which has a name."""
+    return isinstance(error, OSError) and error.errno is not None and error.filename is None
 
 
 def _sentence(error: Exception) -> str:
     if isinstance(error, PilegraspError):
         text = str(error)
     elif hasattr(error, "format_message"):  # what typer raises for a wrong option or argument
-        text = error.format_message()
+        text = f"{error.format_message().rstrip('.')}; see `{_command(error)} --help`"
+    elif _is_of_a_stream(error):
+        text = f"standard output cannot be written: {error.strerror}"
     else:
         text = f"internal error ({type(error).__name__}: {error}); run again with --debug for the traceback"
     return " ".join(text.split())
+
+
+def _command(error: Exception) -> str:
+    """Return the command whose options were misused, as it was called."""
+    context = getattr(error, "ctx", None)
+    return str(context.command_path) if context else "pilegrasp"
+
+
+def _console() -> Console:
+    """Return a console that cuts nothing: a line is a line where a file or a program reads it."""
+    console = Console()
+    return Console(width=max(console.width, NARROWEST) if console.is_terminal else 1000)
 
 
 def _print_json(document: Any) -> None:
@@ -201,7 +254,7 @@ def _progress(name: str) -> Iterator[Callable[[float, str], None] | None]:
 
 def _print_result(result: EpisodeResult, written: list[Path]) -> None:
     facts = result.as_dict()
-    console = Console()
+    console = _console()
     verdict = "[green]success[/]" if facts["success"] else f"[red]no success[/]: {escape(facts['reason'])}"
     held = f"; objects held: {facts['grasped']}" if facts["grasped"] else ""
     console.print(f"{escape(facts['scenario'])}, seed {facts['seed']}: {verdict}{held}", soft_wrap=True)

@@ -10,15 +10,19 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
 from .exceptions import ConfigurationError
 from .scenarios import find
 
-Positive = Annotated[float, Field(gt=0.0)]
-NonNegative = Annotated[float, Field(ge=0.0)]
+Text = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]*$")]
+Name = Annotated[Text, Field(min_length=1)]
 Slope = Annotated[float, Field(ge=0.0, le=90.0)]
-Vector = tuple[float, float, float]
+Mass = Annotated[float, Field(ge=1e-3, le=5.0)]
+FrameSize = Annotated[float, Field(gt=0.0, le=0.6)]
+Coordinate = Annotated[float, Field(ge=-2.0, le=2.0)]
+Vector = tuple[Coordinate, Coordinate, Coordinate]
 
 
 class Section(BaseModel):
@@ -26,22 +30,39 @@ class Section(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False)
 
+    def changed(self) -> list[str]:
+        """Return the names of the fields that differ from their defaults."""
+        return [name for name, field in type(self).model_fields.items() if getattr(self, name) != field.default]
+
 
 class SupportConfig(Section):
     """What stands beside the pile."""
 
     kind: Literal["none", "wall", "corner"] = Field(default="wall", description="what stands behind the pile")
-    tilt_deg: float = Field(default=0.0, ge=0.0, le=15.0, description="slope of the floor toward the support [deg]")
+    tilt_deg: float = Field(
+        default=0.0,
+        ge=0.0,
+        le=15.0,
+        description="slope of the floor toward the support; refused unless 0, as it is not simulated yet [deg]",
+    )
+
+    @field_validator("tilt_deg")
+    @classmethod
+    def _not_simulated(cls, value: float) -> float:
+        # Taking it without a word would give the level floor's result under another name.
+        if value != 0.0:
+            raise PydanticCustomError("tilt", "a sloped floor is not simulated yet; leave it at 0")
+        return value
 
 
 class PileConfig(Section):
     """The objects and the frame they are dropped into."""
 
-    object: str = Field(default="light_sphere", description="kind of object")
+    object: Text = Field(default="light_sphere", description="kind of object")
     count: int = Field(default=18, ge=0, le=200, description="number of objects")
-    mass: Positive | None = Field(default=None, description="mass of one object; the kind's own where absent [kg]")
-    scale: float = Field(default=1.0, gt=0.0, le=4.0, description="factor on the object's lengths")
-    frame_size: Positive | None = Field(
+    mass: Mass | None = Field(default=None, description="mass of one object; the kind's own where absent [kg]")
+    scale: float = Field(default=1.0, ge=0.25, le=4.0, description="factor on the object's lengths")
+    frame_size: FrameSize | None = Field(
         default=None, description="inner side of the frame; by the count where absent [m]"
     )
 
@@ -53,11 +74,13 @@ class StrategyConfig(Section):
     alpha_deg: float = Field(default=0.0, ge=-90.0, le=90.0, description="orientation of the hand to the pile [deg]")
     beta_deg: float = Field(default=0.0, ge=-60.0, le=60.0, description="offset of the fingers from the motion [deg]")
     theta_deg: Slope | None = Field(default=None, description="slope of the fingers; the hand's own where absent [deg]")
-    speed: float = Field(default=0.1, gt=0.0, le=0.7, description="speed of the push, |v_hand| [m/s]")
-    grasp_force: Positive = Field(default=17.0, description="force along the push that ends it, F_grasp [N]")
-    touch_force: Positive = Field(default=1.8, description="vertical force that ends the approach [N]")
-    approach_speed: float = Field(default=0.15, gt=0.0, le=0.5, description="speed in free space [m/s]")
-    touch_speed: float = Field(default=0.05, gt=0.0, le=0.2, description="speed of lowering onto the table [m/s]")
+    speed: float = Field(default=0.1, ge=0.01, le=0.7, description="speed of the push, |v_hand| [m/s]")
+    grasp_force: float = Field(
+        default=17.0, ge=0.5, le=200.0, description="force along the push that ends it, F_grasp [N]"
+    )
+    touch_force: float = Field(default=1.8, ge=0.5, le=20.0, description="vertical force that ends the approach [N]")
+    approach_speed: float = Field(default=0.15, ge=0.02, le=0.5, description="speed in free space [m/s]")
+    touch_speed: float = Field(default=0.05, ge=0.005, le=0.2, description="speed of lowering onto the table [m/s]")
     lift_height: float = Field(default=0.2, ge=0.05, le=0.4, description="height of the lift after the grasp [m]")
     clearance: float = Field(default=0.05, ge=0.0, le=0.2, description="fingertips to the pile's edge at first [m]")
 
@@ -67,7 +90,7 @@ class LineConfig(Section):
 
     start: Vector = Field(default=(0.55, -0.15, 0.25), description="first position of the tool in the scene [m]")
     displacement: Vector = Field(default=(0.0, 0.3, 0.0), description="from the first to the last position [m]")
-    speed: float = Field(default=0.1, gt=0.0, le=1.0, description="speed along the line [m/s]")
+    speed: float = Field(default=0.1, ge=0.005, le=1.0, description="speed along the line [m/s]")
 
 
 class ControllerConfig(Section):
@@ -76,7 +99,7 @@ class ControllerConfig(Section):
     kind: Literal["operational_space", "impedance"] | None = Field(
         default=None, description="which controller; the hand's own where absent"
     )
-    gains: str | None = Field(default=None, description="TOML file of gains; the shipped ones where absent")
+    gains: Name | None = Field(default=None, description="TOML file of gains; the shipped ones where absent")
     solver: Literal["daqp", "osqp"] = Field(default="daqp", description="solver of the quadratic program")
     rate: float = Field(default=500.0, ge=100.0, le=2000.0, description="control ticks per second [Hz]")
 
@@ -84,9 +107,11 @@ class ControllerConfig(Section):
 class SensorConfig(Section):
     """The wrist force/torque sensor."""
 
-    cutoff: Positive = Field(default=8.0, description="corner of the first-order low-pass [Hz]")
-    force_noise: NonNegative = Field(default=0.05, description="standard deviation of a force sample [N]")
-    torque_noise: NonNegative = Field(default=0.002, description="standard deviation of a torque sample [N·m]")
+    cutoff: float = Field(default=8.0, ge=0.1, le=1000.0, description="corner of the first-order low-pass [Hz]")
+    force_noise: float = Field(default=0.05, ge=0.0, le=10.0, description="standard deviation of a force sample [N]")
+    torque_noise: float = Field(
+        default=0.002, ge=0.0, le=1.0, description="standard deviation of a torque sample [N·m]"
+    )
 
 
 class SimulationConfig(Section):
@@ -101,13 +126,13 @@ class SimulationConfig(Section):
 class Scenario(Section):
     """One attempt, completely described; together with a seed it fixes the result."""
 
-    name: str = Field(default="unnamed", description="the file's own name where absent")
-    summary: str = Field(default="", description="one line for `pilegrasp list`")
-    tags: tuple[str, ...] = Field(default=(), description="words for `pilegrasp list --tag`")
+    name: Name = Field(default="unnamed", description="the file's own name where absent")
+    summary: Text = Field(default="", description="one line for `pilegrasp list`")
+    tags: tuple[Text, ...] = Field(default=(), description="words for `pilegrasp list --tag`")
     program: Literal["grasp", "push", "line"] = Field(
         default="grasp", description="sequence of primitives that is carried out"
     )
-    robot: str = Field(default="wam7", description="arm: a folder of `robots/`")
+    robot: Name = Field(default="wam7", description="arm: a folder of `robots/`")
     hand: Literal["rbo_hand2", "shovel"] = Field(default="rbo_hand2", description="end-effector")
     support: SupportConfig = SupportConfig()
     pile: PileConfig = PileConfig()
@@ -116,6 +141,18 @@ class Scenario(Section):
     controller: ControllerConfig = ControllerConfig()
     sensor: SensorConfig = SensorConfig()
     sim: SimulationConfig = SimulationConfig()
+
+    @model_validator(mode="after")
+    def _every_key_counts(self) -> Scenario:
+        """Refuse a value that the program would not look at."""
+        section = "strategy" if self.program == "line" else "line"
+        for key in getattr(self, section).changed():
+            raise PydanticCustomError(
+                "idle",
+                "{key} has no effect where program = '{program}'; leave it out",
+                {"key": f"{section}.{key}", "program": self.program},
+            )
+        return self
 
     def config_hash(self) -> str:
         """Return 16 hex digits that are equal where the physics and the control are asked to be equal.
@@ -167,24 +204,28 @@ def build_scenario(
     """Validate a nested table and dotted overrides.
 
     Raises:
-        ConfigurationError: one sentence that names the source, the key and what is allowed.
+        ConfigurationError: one sentence that names the key and what is allowed, and the source where the value came
+            from the table.
     """
-    merged: dict[str, Any] = json.loads(_to_json(table, source))
+    merged: dict[str, Any] = json.loads(_to_json(table, f"{source}: "))
     valid = dotted_keys()
     for key, value in (overrides or {}).items():
         if key not in valid:
-            raise ConfigurationError(f"{source}: unknown key {key!r}; {_suggest(key, valid)}")
+            raise ConfigurationError(f"unknown key {key!r}; {_suggest(key, valid)}")
         *path, leaf = key.split(".")
         place = merged
         for part in path:
             place = place.setdefault(part, {})
             if not isinstance(place, dict):
                 raise ConfigurationError(f"{source}: {part!r} must be a table")
-        place[leaf] = value
+        place[leaf] = json.loads(_to_json(value, f"{key} "))
     try:
-        return Scenario.model_validate_json(_to_json(merged, source), strict=True)
+        return Scenario.model_validate_json(json.dumps(merged), strict=True)
     except ValidationError as error:
-        raise ConfigurationError(f"{source}: {_sentence(error, valid)}") from error
+        problems = error.errors()
+        # What was typed is not the file's fault.
+        prefix = "" if {_key(problem) for problem in problems} <= set(overrides or ()) else f"{source}: "
+        raise ConfigurationError(prefix + "; ".join(_sentence(problem, valid) for problem in problems)) from error
 
 
 def load_scenario(name: str | Path, overrides: Mapping[str, Any] | None = None) -> Scenario:
@@ -197,8 +238,9 @@ def load_scenario(name: str | Path, overrides: Mapping[str, Any] | None = None) 
     """
     path = find(name)
     try:
-        table = tomllib.loads(_read(path).decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        table = tomllib.loads(_read(path).decode("utf-8-sig"))
+    # Besides its own error and that of the encoding, tomllib lets a huge integer's and a deep nesting's through.
+    except (ValueError, RecursionError) as error:
         raise ConfigurationError(f"{path}: is not valid TOML: {error}") from None
     table.setdefault("name", path.stem)
     controller = table.get("controller")
@@ -216,28 +258,73 @@ def _read(path: Path) -> bytes:
         raise ConfigurationError(f"{path}: cannot be read: {error.strerror}") from None
 
 
-def _to_json(value: Any, source: str) -> str:
+def _to_json(value: Any, where: str) -> str:
     try:
-        return json.dumps(value, default=lambda other: str(other) if isinstance(other, Path) else other.tolist())
-    except (AttributeError, TypeError, ValueError) as error:
-        raise ConfigurationError(f"{source}: holds a value that is no number, text, list or table ({error})") from None
+        return json.dumps(value, default=_plain)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ConfigurationError(f"{where}holds a value that is no number, text, list or table: {error}") from None
+
+
+def _plain(value: Any) -> Any:
+    """Return a path and numpy's numbers and arrays as JSON values."""
+    if isinstance(value, Path):
+        return str(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"{value} ({type(value).__name__})")
 
 
 def _suggest(key: str, valid: list[str]) -> str:
-    close = get_close_matches(key, valid, n=1)
+    if inside := [name for name in valid if name.startswith(f"{key}.")]:
+        return f"it is a table of {', '.join(inside)}"
+    section, _, leaf = key.rpartition(".")
+    if section:
+        siblings = {name.removeprefix(f"{section}."): name for name in valid if name.startswith(f"{section}.")}
+        close = [siblings[name] for name in get_close_matches(leaf, siblings, n=1)]
+    else:
+        siblings = {name.partition(".")[0]: name for name in valid}
+        close = [name for name in valid if name.endswith(f".{leaf}")] or get_close_matches(leaf, siblings, n=1)
+    close = close if siblings else get_close_matches(key, valid, n=1)
     if close:
-        return f"did you mean {close[0]!r}?"
-    section = key.partition(".")[0] + "."
-    return f"valid keys are {', '.join([name for name in valid if name.startswith(section)] or valid)}"
+        return f"did you mean {' or '.join(map(repr, close))}?"
+    return f"valid keys are {', '.join(siblings.values() if section and siblings else valid)}"
 
 
-def _sentence(error: ValidationError, valid: list[str]) -> str:
-    parts = []
-    for problem in error.errors():
-        key = ".".join(str(part) for part in problem["loc"])
-        if problem["type"] == "extra_forbidden":
-            parts.append(f"unknown key {key!r}; {_suggest(key, valid)}")
-        else:
-            allowed = problem["msg"].lower().replace("an object", "a table")
-            parts.append(f"{key} = {problem['input']!r} is not allowed: {allowed}")
-    return "; ".join(parts)
+def _key(problem: Any) -> str:
+    """Return the dotted key of a problem; an entry of a list belongs to the list's key."""
+    return problem.get("ctx", {}).get("key") or ".".join(part for part in problem["loc"] if isinstance(part, str))
+
+
+def _sentence(problem: Any, valid: list[str]) -> str:
+    key, kind, message = _key(problem), problem["type"], str(problem["msg"])
+    if kind == "extra_forbidden":
+        return f"unknown key {key!r}; {_suggest(key, valid)}"
+    if kind == "idle":
+        return message
+    if kind in ("tuple_type", "missing", "too_long"):
+        entries = "3 numbers, such as [0.5, 0.0, 0.2]" if key.startswith("line.") else "texts"
+        return f"{key} = {problem['input']!r:.80} is not allowed: it must be a list of {entries}"
+    place = key + "".join(f"[{part}]" for part in problem["loc"] if isinstance(part, int))
+    return f"{place} = {problem['input']!r:.80} is not allowed: {_allowed(kind, message)}"
+
+
+def _allowed(kind: str, message: str) -> str:
+    """Say what a value must be; pydantic speaks of inputs and patterns."""
+    if kind == "string_pattern_mismatch":
+        return "it must not hold control characters"
+    if kind == "string_too_short":
+        return "it must not be empty"
+    for theirs, ours in _WORDS:
+        message = message.replace(theirs, ours)
+    return message
+
+
+_WORDS = (
+    ("Input should be", "it must be"),
+    ("a valid integer", "an integer"),
+    ("a valid number", "a number"),
+    ("a valid string", "a text"),
+    ("an object", "a table"),
+    ("less than or equal to", "at most"),
+    ("greater than or equal to", "at least"),
+)

@@ -92,7 +92,7 @@ def _solver(name: str) -> str:
     x = solve_qp(one, np.array([-2.0]), one, np.array([1.0]), solver=name)
     if x is None or abs(x[0] - 1.0) > 1e-2:
         raise PilegraspError(f"answers {x} where 1 is right")
-    return "solves"
+    return "solves a test problem"
 
 
 def _engines() -> str:
@@ -124,12 +124,13 @@ def _engines() -> str:
         worst = max(worst, *(float(np.abs(a - b).max() / np.abs(a).max()) for a, b in pairs))
     if not worst < AGREEMENT:
         raise ModelError(f"Pinocchio and MuJoCo differ by {worst:.1e} on the WAM; {AGREEMENT:.0e} is allowed")
-    return f"largest relative difference {worst:.1e}"
+    return f"Pinocchio and MuJoCo differ by at most {worst:.0e} on the WAM"
 
 
 def _browser() -> Check:
     found = next((place for name in BROWSERS if (place := shutil.which(name))), None)
-    return Check("browser", found is not None, found or "no Chromium; the pages open in any browser", required=False)
+    detail = found or "no Chromium, which the tests of the pages want; the pages open in any browser"
+    return Check("browser", found is not None, detail, required=False)
 
 
 def _short_run() -> str:

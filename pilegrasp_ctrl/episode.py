@@ -108,8 +108,8 @@ def run(
             raise ConfigurationError("overrides go with a name or a file; use load_scenario(name, overrides) first")
     else:
         scenario = load_scenario(scenario, overrides)
-    if seed < 0:
-        raise ConfigurationError(f"seed = {seed} must not be negative")
+    if not isinstance(seed, int) or seed < 0:
+        raise ConfigurationError(f"seed = {seed!r} must be a whole number that is not negative")
     return _Loop(prepare(scenario, seed), record, progress).run()
 
 
@@ -172,12 +172,15 @@ class _Loop:
     def _stand_still(self) -> None:
         """Hold the start pose until fingers, friction and the sensor's filter have come to rest."""
         attempt, simulation = self._attempt, self._attempt.simulation
-        simulation.apply(attempt.arm.update(simulation.observe().q, np.zeros(attempt.arm.nv)).h, self._target.closure)
+        torque = attempt.arm.update(simulation.observe().q, np.zeros(attempt.arm.nv)).h
+        simulation.apply(torque, self._target.closure)
         for _ in range(round(STAND_STILL / attempt.period)):
             simulation.step()
+            self._watchdog.check(simulation.data, torque)
             observation = simulation.observe()
-            output = attempt.control(observation, self._target, attempt.arm.update(observation.q, observation.v))
-            simulation.apply(output.command.torque, self._target.closure)
+            state = attempt.arm.update(observation.q, observation.v)
+            torque = attempt.control(observation, self._target, state).command.torque
+            simulation.apply(torque, self._target.closure)
 
     def _carry_out(self, primitive: Primitive) -> Outcome:
         attempt, simulation, arm = self._attempt, self._attempt.simulation, self._attempt.arm
@@ -206,11 +209,11 @@ class _Loop:
             torque = output.command.torque
             if self._recorder:
                 self._recorder.sample(observation, state, self._target, torque, self._zero)
-            self._watchdog.check(simulation.data, torque)
             simulation.apply(torque, self._target.closure)
             simulation.step()
+            self._watchdog.check(simulation.data, torque)
             if self._progress and observation.time >= self._next_progress:
-                self._next_progress += PROGRESS_PERIOD
+                self._next_progress = observation.time + PROGRESS_PERIOD
                 self._progress(observation.time, primitive.name)
 
     def _judge(self, outcomes: list[Outcome]) -> tuple[int, str]:

@@ -16,16 +16,20 @@ def check_output(path: Path, suffix: str) -> None:
         ExportError: where the suffix differs, the folder does not exist, or the file may not be written.
     """
     if path.suffix != suffix:
-        raise ExportError(f"{path}: the name must end in {suffix}")
-    if path.is_dir():
-        raise ExportError(f"{path}: is a folder; give the name of a file")
-    if not path.parent.is_dir():
-        raise ExportError(f"{path}: the folder {path.parent} does not exist; make it first")
-    if path.exists() and not os.access(path, os.W_OK):
-        raise ExportError(f"{path}: the file exists and may not be overwritten")
+        raise ExportError(f"{path}: the name must end in {suffix}, as in attempt{suffix}")
+    folder = path.parent
     try:
-        # Only the attempt tells: the permission bits say nothing to root, nor about a read-only file system.
-        with tempfile.TemporaryFile(dir=path.parent):
+        if path.is_dir():
+            raise ExportError(f"{path}: is a folder; give the name of a file")
+        if folder.exists() and not folder.is_dir():
+            raise ExportError(f"{path}: {folder} is a file, not a folder")
+        if not folder.exists():
+            raise ExportError(f"{path}: the folder {folder} does not exist; make it first")
+        if path.exists() and not os.access(path, os.W_OK):
+            raise ExportError(f"{path}: the file exists and may not be overwritten")
+        # Only the attempt tells: the permission bits say nothing to root, nor about a read-only file system. The
+        # length of the name leaves room for the suffix that the file has until it is complete.
+        with tempfile.NamedTemporaryFile(dir=folder, prefix=f".{path.name}.", suffix=".part"):
             pass
     except OSError as error:
-        raise ExportError(f"{path}: nothing can be written to the folder {path.parent}: {error.strerror}") from None
+        raise ExportError(f"{path}: nothing can be written to the folder {folder}: {error.strerror}") from None

@@ -87,7 +87,8 @@ def _steps(scenario: Scenario) -> int:
     if abs(ratio - round(ratio)) > 1e-6 or ratio < 0.5:
         raise ConfigurationError(
             f"controller.rate = {scenario.controller.rate:g} Hz does not fit sim.timestep = "
-            f"{scenario.sim.timestep:g} s; a control period must be a whole number of physics steps"
+            f"{scenario.sim.timestep:g} s; a control period must be a whole number of physics steps, "
+            f"as at {1.0 / (max(1, round(ratio)) * scenario.sim.timestep):.9g} Hz"
         )
     return round(ratio)
 

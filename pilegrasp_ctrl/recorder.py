@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -44,11 +45,11 @@ class Recorder:
     def sample(self, observation: Observation, state: ArmState, target: Target, torque: Array, zero: Array) -> None:
         """Note one control tick; push and normal force are relative to the wrench `zero` (6,)."""
         if observation.time >= self._next_frame - 1e-9:
-            self._next_frame += FRAME_PERIOD
+            self._next_frame = _after(observation.time, FRAME_PERIOD)
             self._frames.append((observation.time, *self._simulation.poses(self._ids)))
         if observation.time < self._next_row - 1e-9:
             return
-        self._next_row += SIGNAL_PERIOD
+        self._next_row = _after(observation.time, SIGNAL_PERIOD)
         reference = target.reference.pose
         relative = observation.wrench[:3] - zero[:3]
         turn = reference.rotation @ state.pose.rotation.T
@@ -70,7 +71,7 @@ class Recorder:
         )
 
     def finish(self, meta: dict[str, Any]) -> Recording:
-        """Return the recording, with the last state as its last frame."""
+        """Return the recording."""
         time, position, quaternion = zip(*self._frames, strict=True)
         rows = self._rows
         return Recording(
@@ -82,3 +83,8 @@ class Recorder:
             signal_time=np.array([row["time"] for row in rows]),
             signals={name: np.array([row[name] for row in rows]) for name in UNITS},
         )
+
+
+def _after(time: float, period: float) -> float:
+    """Return the next multiple of `period` that is later than `time` by more than rounding."""
+    return period * math.floor(time / period + 1.0 + 1e-6)

@@ -24,7 +24,7 @@ def find(name: str | Path) -> Path:
     Raises:
         ConfigurationError: where no scenario of that name ships.
     """
-    if isinstance(name, Path) or name.endswith(".toml") or "/" in name:
+    if isinstance(name, Path) or name.lower().endswith(".toml") or "/" in name:
         return Path(name)
     if name in names():
         return FOLDER / f"{name}.toml"

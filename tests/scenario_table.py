@@ -38,7 +38,8 @@ def _allowed(kind: dict[str, Any]) -> str:
     if "enum" in kind or "const" in kind:
         return ", ".join(f'`"{value}"`' for value in kind.get("enum", [kind.get("const")]))
     if kind["type"] == "array":
-        return f"{kind['maxItems']} numbers" if "maxItems" in kind else "list of texts"
+        entry = _allowed(kind.get("prefixItems", [kind.get("items")])[0])
+        return f"{kind['maxItems']} {entry.replace('number', 'numbers')}" if "maxItems" in kind else f"list of {entry}s"
     if kind["type"] == "string":
         return "text"
     signs = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}

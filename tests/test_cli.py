@@ -97,6 +97,22 @@ def test_list_names_every_scenario(capsys):
     assert all(name in out for name in names())
 
 
+@pytest.mark.parametrize("columns", ["0", "20", "80", "wide"])
+def test_a_list_that_is_not_read_in_a_terminal_has_one_line_a_scenario(capsys, monkeypatch, columns):
+    monkeypatch.setenv("COLUMNS", columns)
+    lines = [line.split() for line in answer(capsys, "list")[1].splitlines()]
+    assert [words[0] for words in lines] == ["scenario", *names()]
+    assert all(" ".join(words).endswith(load_scenario(words[0]).summary) for words in lines[1:])
+
+
+def test_a_narrow_terminal_cuts_no_name(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "20")
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    out = answer(capsys, "list")[1]
+    assert "…" not in out
+    assert all(name in out for name in names())
+
+
 def test_list_as_json(capsys):
     status, out, err = answer(capsys, "list", "--json")
     rows = json.loads(out)
@@ -184,15 +200,34 @@ def test_a_page_alone_implies_a_recording(capsys, attempts, tmp_path):
         ("--html", "a.npz", "must end in .html"),
         ("--html", "folder.html", "is a folder"),
         ("--html", "/proc/a.html", "nothing can be written"),
+        ("--html", "folder.html/../text/a.html", "text is a file, not a folder"),
+        ("--record", 250 * "a" + ".npz", "File name too long"),
+        ("--record", 300 * "a" + ".npz", "File name too long"),
     ],
 )
 def test_an_output_that_cannot_be_written_stops_before_the_simulation(capsys, attempts, tmp_path, option, place, words):
     (tmp_path / "folder.html").mkdir()
+    (tmp_path / "text").touch()
     status, out, err = answer(capsys, "run", "spheres_wall", option, tmp_path / place)
     assert (status, out, attempts) == (2, "", [])
     assert one_sentence(err)
     assert words in err
-    assert [path.name for path in tmp_path.iterdir()] == ["folder.html"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["folder.html", "text"]
+
+
+def test_a_folder_that_may_not_be_looked_into_is_named(capsys, attempts, tmp_path, monkeypatch):
+    looks = Path.is_dir
+
+    def refuse(self):
+        if tmp_path in self.parents:
+            raise PermissionError(13, "Permission denied", str(self))
+        return looks(self)
+
+    monkeypatch.setattr(Path, "is_dir", refuse)
+    status, out, err = answer(capsys, "run", "spheres_wall", "--html", tmp_path / "a.html")
+    assert (status, out, attempts) == (2, "", [])
+    assert one_sentence(err)
+    assert f"{tmp_path}: Permission denied" in err
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may overwrite everything")
@@ -208,8 +243,8 @@ def test_a_protected_file_is_not_replaced(capsys, attempts, tmp_path):
     ("arguments", "words"),
     [
         ([], "pilegrasp --help"),
-        (["dance"], "dance"),
-        (["run"], "NAME|FILE.toml"),
+        (["dance"], "No such command 'dance'; see `pilegrasp --help`"),
+        (["run"], "Missing argument 'NAME|FILE.toml'; see `pilegrasp run --help`"),
         (["run", "spheres_wal"], "did you mean 'spheres_wall'"),
         (["run", "nowhere.toml"], "nowhere.toml: no such file"),
         (["run", "spheres_wall", "--seed", "-1"], "--seed"),
@@ -217,7 +252,11 @@ def test_a_protected_file_is_not_replaced(capsys, attempts, tmp_path):
         (["run", "spheres_wall", "--sed", "1"], "--sed"),
         (["run", "spheres_wall", "--set", "pile.cout=5"], "did you mean 'pile.count'"),
         (["run", "spheres_wall", "--set", "pile.count"], "key=value"),
-        (["run", "spheres_wall", "--set", "pile.count=-5"], "pile.count = -5"),
+        (
+            ["run", "spheres_wall", "--set", "pile.count=-5"],
+            "error: pile.count = -5 is not allowed: it must be at least 0",
+        ),
+        (["run", "spheres_wall", "--set", "support.tilt_deg=5"], "a sloped floor is not simulated yet"),
         (["run", "spheres_wall", "extra"], "extra"),
         (["export", "nowhere.npz", "page.html"], "nowhere.npz"),
         (["export", "nowhere.npz", "page.pdf"], "must end in .html"),
@@ -325,6 +364,7 @@ def test_doctor_fails_where_a_check_fails(capsys, attempts, monkeypatch):
 def test_a_missing_browser_is_no_failure(capsys, attempts, monkeypatch):
     monkeypatch.setenv("PATH", "")
     report = json.loads(answer(capsys, "doctor", "--json")[1])
+    assert "All that is needed works.\n" in answer(capsys, "doctor")[1]
     assert report["ok"] is True
     assert [row["ok"] for row in report["checks"] if row["name"] == "browser"] == [False]
 
@@ -340,14 +380,39 @@ def pilegrasp(*arguments, cwd):
     return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
 
 
-def test_a_reader_that_leaves_is_no_error(tmp_path):
-    code = "import sys; from pilegrasp_ctrl.cli import main; sys.exit(main(['list']))"
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
-    with subprocess.Popen(
-        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment, cwd=tmp_path
-    ) as process:
-        process.stdout.close()
-        assert process.stderr.read() == b""
+def in_a_shell(line, cwd):
+    """Run a line of a shell in which `pilegrasp` is the command under test; return its status and standard error."""
+    code = "import sys; from pilegrasp_ctrl.cli import main; sys.exit(main())"
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1]), "PYTHON": sys.executable, "CODE": code}
+    line = f'pilegrasp() {{ "$PYTHON" -c "$CODE" "$@"; }}; {line}'
+    done = subprocess.run(["bash", "-c", line], cwd=cwd, env=environment, capture_output=True, text=True, check=False)
+    return done.returncode, done.stderr
+
+
+@pytest.mark.parametrize("flags", ["", "--json"])
+def test_a_reader_that_leaves_is_no_error(tmp_path, flags):
+    assert in_a_shell(f"pilegrasp list {flags} | true; exit ${{PIPESTATUS[0]}}", tmp_path) == (cli.READER_LEFT, "")
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("pilegrasp list >&-", "standard output is closed"),
+        ("pilegrasp list >/dev/full", "standard output cannot be written: No space left on device"),
+        ("pilegrasp list --json >/dev/full", "standard output cannot be written: No space left on device"),
+    ],
+)
+def test_a_result_that_cannot_be_printed_is_an_error(tmp_path, line, words):
+    status, err = in_a_shell(line, tmp_path)
+    assert status == 2
+    assert one_sentence(err)
+    assert words in err
+
+
+def test_a_closed_standard_error_takes_nothing_from_the_result(tmp_path):
+    assert in_a_shell("pilegrasp list --json 2>&- | grep -q spheres_wall", tmp_path)[0] == 0
+    assert in_a_shell('test -z "$(pilegrasp run nope 2>&-)"', tmp_path)[0] == 0
+    assert in_a_shell("pilegrasp run nope 2>&-", tmp_path)[0] == 2
 
 
 @pytest.mark.parametrize(

@@ -84,24 +84,40 @@ def test_the_documented_scenarios_are_those_that_ship():
         ("pile.mass", 0.0),
         ("pile.mass", -0.06),
         ("pile.mass", float("nan")),
+        ("pile.mass", 1e-9),
+        ("pile.mass", 1e6),
+        ("pile.scale", 0.01),
+        ("pile.frame_size", 5.0),
         ("pile.scale", float("inf")),
         ("pile.object", 3),
         ("strategy.alpha_deg", 91),
         ("strategy.beta_deg", float("nan")),
         ("strategy.theta_deg", "steep"),
         ("strategy.speed", 0.0),
+        ("strategy.speed", 1e-9),
         ("strategy.grasp_force", float("inf")),
+        ("strategy.grasp_force", 1e9),
+        ("strategy.grasp_force", 1e-9),
+        ("strategy.touch_force", 1e-9),
         ("strategy.kind", "object_based"),
         ("support.kind", "walls"),
         ("support.tilt_deg", -1.0),
+        ("support.tilt_deg", 5.0),
         ("controller.rate", 99),
         ("controller.solver", "quadprog"),
         ("sensor.force_noise", -0.1),
         ("sensor.cutoff", 0),
+        ("sensor.cutoff", 1e-9),
+        ("sensor.torque_noise", 1e9),
         ("sim.timestep", 0.01),
         ("line.start", [0.1, 0.2]),
         ("line.start", [0.1, 0.2, 0.3, 0.4]),
         ("line.displacement", [0.1, 0.2, float("nan")]),
+        ("line.displacement", [1e300, 0.0, 0.0]),
+        ("name", ""),
+        ("summary", "two\nlines"),
+        ("controller.gains", ""),
+        ("controller.gains", "a\0b"),
         ("program", "dance"),
         ("hand", "gripper"),
         ("tags", "paper"),
@@ -112,6 +128,37 @@ def test_a_value_that_is_not_allowed_is_named(key, value):
         build_scenario({}, {key: value})
     assert key in str(caught.value)
     assert "is not allowed: " in str(caught.value)
+
+
+def test_a_slope_is_refused_rather_than_ignored():
+    with pytest.raises(ConfigurationError, match="a sloped floor is not simulated yet; leave it at 0"):
+        build_scenario({}, {"support.tilt_deg": 5.0})
+    assert build_scenario({"support": {"tilt_deg": 0}}) == Scenario()
+
+
+@pytest.mark.parametrize(
+    ("program", "key", "value"),
+    [
+        ("grasp", "line.speed", 0.2),
+        ("push", "line.start", [0.5, 0.0, 0.2]),
+        ("line", "strategy.speed", 0.2),
+        ("line", "strategy.theta_deg", 30.0),
+    ],
+)
+def test_a_key_that_the_program_does_not_look_at_is_refused(program, key, value):
+    with pytest.raises(ConfigurationError, match=f"{key} has no effect where program = '{program}'"):
+        build_scenario({"program": program}, {key: value})
+
+
+@pytest.mark.parametrize("value", [[0.1, 0.2], [0.1, 0.2, 0.3, 0.4], "0.1, 0.2, 0.3", 0.1])
+def test_what_is_no_vector_is_shown_one(value):
+    with pytest.raises(ConfigurationError, match=r"line\.start = .* list of 3 numbers, such as \[0\.5, 0\.0, 0\.2\]"):
+        build_scenario({"program": "line"}, {"line.start": value})
+
+
+def test_the_entry_of_a_vector_is_named():
+    with pytest.raises(ConfigurationError, match=r"^line\.start\[1\] = 10 is not allowed: it must be at most 2$"):
+        build_scenario({"program": "line"}, {"line.start": [0, 10, 0]})
 
 
 @pytest.mark.parametrize("key", dotted_keys())
@@ -133,6 +180,29 @@ def test_a_misspelt_key_is_an_error_with_a_suggestion(key, tmp_path):
         load_scenario(write(tmp_path, f"{key} = 1"))
 
 
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [
+        ("count", "did you mean 'pile.count'?"),
+        ("speed", "did you mean 'strategy.speed' or 'line.speed'?"),
+        ("piles", "did you mean 'pile'?"),
+        ("support", "it is a table of support.kind, support.tilt_deg"),
+        ("support.walls", "valid keys are support.kind, support.tilt_deg"),
+    ],
+)
+def test_a_suggestion_heeds_the_tables(key, words):
+    with pytest.raises(ConfigurationError, match=re.escape(f"unknown key '{key}'; {words}")):
+        build_scenario({}, {key: 1})
+
+
+def test_what_was_typed_is_not_the_files_fault(tmp_path):
+    file = write(tmp_path, "pile.count = 5")
+    with pytest.raises(ConfigurationError, match=r"^pile\.count = -5 is not allowed: it must be at least 0$"):
+        load_scenario(file, {"pile.count": -5})
+    with pytest.raises(ConfigurationError, match=r"mine\.toml: pile\.mass = -1 is not allowed"):
+        load_scenario(write(tmp_path, "pile.mass = -1"), {"pile.count": 5})
+
+
 def test_a_key_like_no_other_lists_the_valid_ones_of_its_section():
     with pytest.raises(ConfigurationError, match=r"valid keys are sensor\.cutoff, sensor\.force_noise") as caught:
         build_scenario({}, {"sensor.zzzzzz": 1})
@@ -147,7 +217,7 @@ def test_a_section_is_not_a_key():
 def test_a_section_must_be_a_table():
     with pytest.raises(ConfigurationError, match="'pile' must be a table"):
         build_scenario({"pile": 3}, {"pile.count": 5})
-    with pytest.raises(ConfigurationError, match="pile = 3 is not allowed: input should be a table"):
+    with pytest.raises(ConfigurationError, match="pile = 3 is not allowed: it must be a table"):
         build_scenario({"pile": 3})
 
 
@@ -168,13 +238,18 @@ def test_overrides_win_over_the_table_and_leave_it_alone():
 
 
 def test_numpy_values_are_taken_as_numbers():
-    scenario = build_scenario({}, {"pile.count": np.int64(3), "pile.mass": np.float64(0.1), "line.start": np.ones(3)})
-    assert (scenario.pile.count, scenario.pile.mass, scenario.line.start) == (3, 0.1, (1.0, 1.0, 1.0))
+    scenario = build_scenario({"program": "line"}, {"pile.count": np.int64(3), "pile.mass": np.float64(0.1)})
+    assert (scenario.pile.count, scenario.pile.mass) == (3, 0.1)
+    scenario = build_scenario({"program": "line"}, {"line.start": np.ones(3)})
+    assert scenario.line.start == (1.0, 1.0, 1.0)
 
 
 def test_a_value_without_a_meaning_is_an_error():
-    with pytest.raises(ConfigurationError, match="no number, text, list or table"):
-        build_scenario({}, {"pile.count": datetime.date(2021, 5, 30)})
+    date = datetime.date(2021, 5, 30)
+    with pytest.raises(ConfigurationError, match=r"^pile\.count holds .* no number, text, list or table: 2021-05-30"):
+        build_scenario({}, {"pile.count": date})
+    with pytest.raises(ConfigurationError, match=r"^mine\.toml: holds .* no number, text, list or table: 2021-05-30"):
+        build_scenario({"name": date}, source="mine.toml")
 
 
 @pytest.mark.parametrize(
@@ -230,11 +305,15 @@ CHANGED = {"pile.object": "cube", "support.kind": "none", "program": "push", "ha
         ("controller.kind", "impedance"),
         ("sensor.cutoff", 9.0),
         ("sim.contact_rule", "product"),
-        ("line.start", [0.0, 0.0, 0.0]),
     ],
 )
 def test_the_hash_depends_on_what_enters_the_physics(key, value):
     assert build_scenario({}, {key: value}).config_hash() != Scenario().config_hash()
+
+
+def test_the_hash_depends_on_the_line_where_it_is_followed():
+    line = {"program": "line"}
+    assert build_scenario(line, {"line.start": [0.5, 0.0, 0.2]}).config_hash() != build_scenario(line).config_hash()
 
 
 def test_the_hash_follows_the_content_of_the_gains_wherever_they_lie(tmp_path):
@@ -270,6 +349,8 @@ def test_a_file_without_a_name_is_called_after_itself(tmp_path):
         (b"pile = ", "is not valid TOML"),
         (b"name = '\xff'", "is not valid TOML"),
         (b"a = 1\na = 2", "is not valid TOML"),
+        (b"x = " + 2000 * b"[", "is not valid TOML"),
+        (b"pile.count = " + 5000 * b"9", "is not valid TOML"),
     ],
 )
 def test_a_file_that_is_not_toml_is_named(tmp_path, content, message):
@@ -277,6 +358,12 @@ def test_a_file_that_is_not_toml_is_named(tmp_path, content, message):
     path.write_bytes(content)
     with pytest.raises(ConfigurationError, match=rf"mine\.toml: {message}"):
         load_scenario(path)
+
+
+def test_a_byte_order_mark_is_no_error(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_bytes("name = 'yours'".encode("utf-8-sig"))
+    assert load_scenario(path).name == "yours"
 
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path):
@@ -293,3 +380,7 @@ def test_an_unknown_name_is_an_error_with_a_suggestion():
         find("zzz")
     with pytest.raises(ConfigurationError, match="no scenario is called ''"):
         find("")
+
+
+def test_a_suffix_in_capitals_is_one_too():
+    assert find("mine.TOML") == Path("mine.TOML")

@@ -90,9 +90,12 @@ def test_both_engines_put_the_tool_where_it_was_asked_for(search, place):
 def test_a_start_leads_to_a_posture_near_it(search):
     hand, posture, *_ = search
     here = Pose((0.7, 0.0, 0.1), tool_rotation(0.0, hand.theta))
-    q = posture.solve(here)
-    assert np.abs(posture.solve(here.moved([0.02, 0.0, 0.0]), q) - q).max() < 0.15
-    np.testing.assert_allclose(posture.solve(here, q), q, atol=1e-3)
+    first = posture.solve(here)
+    other = posture.solve(here, first + np.array([-0.3, 0.1, 0.4, 0.0, 0.2, 0.1, 0.0]))
+    assert np.abs(other - first).max() > 0.2
+    for q in (first, other):
+        np.testing.assert_allclose(posture.solve(here, q), q, atol=1e-3)
+        assert np.abs(posture.solve(here.moved([0.02, 0.0, 0.0]), q) - q).max() < 0.15
 
 
 @pytest.mark.parametrize("place", [(1.5, 0.0, 0.3), (0.7, 0.0, -0.6)])
@@ -153,7 +156,7 @@ def backend(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         attempt = prepare(load_scenario("spheres_wall", {"pile.count": 2}), seed=0)
-    return attempt.simulation, attempt.arm, attempt.simulation.observe().q
+    return attempt.simulation, attempt.arm, attempt.simulation.observe().q.copy()
 
 
 POSES = np.array([[0.9, 0.1, 0.027, 1.0, 0.0, 0.0, 0.0], [0.9, -0.1, 0.027, 0.0, 1.0, 0.0, 0.0]])

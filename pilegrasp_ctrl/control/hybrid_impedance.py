@@ -22,7 +22,7 @@ class HybridImpedanceController:
 
     Attributes:
         free: used while no force is asked for.
-        yielding: used while `desired_force` has an entry along `force_axes`.
+        yielding: used while any force is asked for; along `force_axes` it keeps little stiffness.
     """
 
     free: ImpedanceController

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -13,6 +14,8 @@ from .primitive import Ending, Sensed, Target
 
 SETTLE_TIME = 0.5
 """Rest after the line, so that a recording shows how the error dies away [s]."""
+TOLERANCE = 0.05
+"""A tool that is farther from the end than this has not followed the line [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,5 +45,10 @@ class MovePhase(PathPhase):
     """A line under way."""
 
     def ending(self, sensed: Sensed) -> Ending | None:
-        """End when the line and the rest after it are over."""
-        return Ending("end of the line") if self.elapsed(sensed) >= self.path.duration + SETTLE_TIME else None
+        """End when the line and the rest after it are over, if the tool got there."""
+        if self.elapsed(sensed) < self.path.duration + SETTLE_TIME:
+            return None
+        away = math.dist(sensed.pose.translation, self.path.lines[-1].end.translation)
+        if away > TOLERANCE:
+            return Ending(f"the line ended {1000 * away:.0f} mm away from its end", failed=True)
+        return Ending("end of the line")

@@ -44,7 +44,9 @@ class Simulation:
 
     def step(self) -> None:
         """Advance by one control period; the command is held."""
-        mujoco.mj_step(self.scene.model, self.data, self._steps)
+        for _ in range(self._steps):
+            mujoco.mj_step(self.scene.model, self.data)
+            self._sensor.sample(self.data)
 
     def poses(self, bodies: Array) -> tuple[Array, Array]:
         """Return positions (n, 3) [m] and quaternions wxyz (n, 4) of bodies."""

@@ -23,6 +23,14 @@ HAND_IMPEDANCE = 0.96
 """The same for the end-effector. A contact is as stiff as its lighter body is heavy, and a fingertip has 5 g: at 0.8 a
 push of 20 N would press it 9 mm into the table."""
 
+RESTING_IMPEDANCE = 0.05
+IMPEDANCE_WIDTH = 0.002
+"""A contact that need not bounce starts soft and reaches its impedance at this depth [m]; a pressed hand then stays in
+contact instead of chattering on it."""
+
+LEAST_RESTITUTION = 0.14
+"""That of critical damping. More damping would overshoot in a step of 1 ms and make a pressed hand chatter."""
+
 
 @dataclass(frozen=True, slots=True)
 class PairParameters:
@@ -103,12 +111,13 @@ def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
 
 def pair_parameters(surface: Surface, natural_frequency: float = NATURAL_FREQUENCY) -> PairParameters:
     """Return MuJoCo's numbers for the coefficients of one contact."""
-    damping_ratio = damping_ratio_for(max(surface.restitution, 0.05))
+    damping_ratio = damping_ratio_for(max(surface.restitution, LEAST_RESTITUTION))
     impedance = HAND_IMPEDANCE if surface.rank == 2 else OBJECT_IMPEDANCE
+    first = RESTING_IMPEDANCE if surface.restitution == 0.0 else impedance
     return PairParameters(
         friction=(surface.lateral, surface.lateral, surface.spinning, surface.rolling, surface.rolling),
         solref=(-(natural_frequency**2), -2.0 * damping_ratio * natural_frequency),
-        solimp=(impedance, impedance, 0.001, 0.5, 2.0),
+        solimp=(first, impedance, IMPEDANCE_WIDTH, 0.5, 2.0),
     )
 
 

@@ -106,12 +106,12 @@ def object_kind(name: str, mass: float | None = None, scale: float = 1.0) -> Obj
     """Return a kind by name, with another mass [kg] (and the restitution that goes with it) or size where given.
 
     Raises:
-        ConfigurationError: for an unknown name; lists the known ones.
+        ConfigurationError: for an unknown name; lists the known ones or suggests the nearest.
     """
     if name not in KINDS:
         close = get_close_matches(name, KINDS, n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise ConfigurationError(f"pile.object = {name!r} is not known{hint} (known: {', '.join(KINDS)})")
+        remedy = f"did you mean {close[0]!r}?" if close else f"choose from {', '.join(KINDS)}"
+        raise ConfigurationError(f"pile.object = {name!r} is not known; {remedy}")
     kind = KINDS[name]
     if mass is not None:
         kind = replace(kind, mass=mass, surface=replace(kind.surface, restitution=restitution_for_mass(mass)))

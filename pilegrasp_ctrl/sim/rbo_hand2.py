@@ -23,7 +23,7 @@ ROTOR_INERTIA = 2e-5  # of every finger joint [kg m²]; the bare 5 g fingertip i
 def add_rbo_hand2(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> None:
     """Add sensor and hand to the body `root`, which lies in the flange's frame, from its `robot.toml`."""
     add_sensor(spec, root, parameters["sensor"])
-    _add_palm(root, parameters["palm"])
+    _add_palm(root.add_body(name="palm"), parameters["palm"])
     fingers, thumb, pneumatics = parameters["fingers"], parameters["thumb"], parameters["pneumatics"]
     angle = np.radians(parameters["hand"]["finger_angle_deg"])
     palm_normal = np.array([np.cos(angle), 0.0, np.sin(angle)])
@@ -34,10 +34,10 @@ def add_rbo_hand2(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) ->
     _add_inflation(spec, "thumb", thumb["segments"], pneumatics["thumb_closing_moment"], pneumatics)
 
 
-def _add_palm(root: Any, palm: dict[str, Any]) -> None:
+def _add_palm(body: Any, palm: dict[str, Any]) -> None:
     volumes = {part: float(np.prod(palm[f"{part}_half_size"])) for part in ("scaffold", "pad", "web")}
     for part, volume in volumes.items():
-        root.add_geom(
+        body.add_geom(
             name=f"palm_{part}",
             type=mujoco.mjtGeom.mjGEOM_BOX,
             pos=palm[f"{part}_center"],

@@ -59,6 +59,8 @@ def new_spec(timestep: float, file: str | None = None) -> mujoco.MjSpec:
     option.solver = mujoco.mjtSolver.mjSOL_CG
     option.iterations = SOLVER_ITERATIONS
     option.impratio = 3.0
+    # A state that is not finite must reach the watchdog; MuJoCo would start again from time zero.
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     # A pile at rest costs nothing while the arm is still in the air; whatever touches it wakes it.
     option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
     option.sleep_tolerance = SLEEP_TOLERANCE

@@ -55,7 +55,8 @@ class StartPosture:
         x, y, z = pose.translation
         raise UnreachablePoseError(
             f"the hand cannot reach ({x:.2f}, {y:.2f}, {z:.2f}) m with this orientation within the joint limits "
-            f"(it stays {1000 * nearest:.0f} mm short); change strategy.alpha_deg, beta_deg or theta_deg, or line.start"
+            f"(it stays {1000 * nearest:.0f} mm short); change strategy.alpha_deg, beta_deg, theta_deg or clearance, "
+            "pile.count or frame_size, or for a line line.start or line.displacement"
         )
 
     def _descend(self, target: Pose, guess: Array) -> tuple[Array, float, float]:

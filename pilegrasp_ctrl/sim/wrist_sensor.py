@@ -24,8 +24,9 @@ class WristSensor:
     def __init__(
         self, model: mujoco.MjModel, tool: MassProperties, config: SensorConfig, period: float, seed: int
     ) -> None:
-        self._force = model.sensor("wrist_force").adr[0]
-        self._torque = model.sensor("wrist_torque").adr[0]
+        first = int(model.sensor("wrist_force").adr[0])
+        self._channels = slice(first, first + 6)
+        self._sum, self._count = np.zeros(6), 0
         self._site = model.site("wrist_sensor").id
         self._tool = tool
         self._sigma = np.repeat([config.force_noise, config.torque_noise], 3)
@@ -34,12 +35,27 @@ class WristSensor:
         self._filtered: Array | None = None
         self._block, self._used = np.zeros((0, 6)), 0
 
+    def sample(self, data: mujoco.MjData) -> None:
+        """Take one sample; call it after every physics step."""
+        self._sum += data.sensordata[self._channels]
+        self._count += 1
+
     def read(self, data: mujoco.MjData) -> Array:
-        """Sample, compensate and filter; call it once a control period. Returns the wrench (6,) [N, N·m]."""
+        """Average the samples since the last call, compensate and filter; call it once a control period.
+
+        The average is what keeps a contact that chatters from step to step from being read at its crests only.
+
+        Returns:
+            The wrench (6,) [N, N·m].
+        """
+        if self._count == 0:
+            self.sample(data)
+        mean = self._sum / -self._count
+        self._sum[:], self._count = 0.0, 0
         rotation = data.site_xmat[self._site].reshape(3, 3)
         wrench = np.empty(6)
-        wrench[:3] = -rotation.dot(data.sensordata[self._force : self._force + 3])
-        wrench[3:] = -rotation.dot(data.sensordata[self._torque : self._torque + 3])
+        wrench[:3] = rotation.dot(mean[:3])
+        wrench[3:] = rotation.dot(mean[3:])
         weight = GRAVITY * self._tool.mass
         x, y, _ = rotation.dot(self._tool.center_of_mass).tolist()
         wrench[2] += weight
