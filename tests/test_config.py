@@ -21,7 +21,7 @@ DIFFERENCES = {
     "spheres_alone": {"support.kind": "none"},
     "cylinders_wall": {"pile.object": "cylinder", "pile.count": 14},
     "cubes_wall": {"pile.object": "cube", "pile.count": 14},
-    "free_space_line": {"program": "line"},
+    "free_space_line": {"program": "line", "pile.count": 0},
     "push_wall": {"program": "push", "pile.count": 0},
 }
 

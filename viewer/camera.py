@@ -6,17 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.viewer.overlays import at_frames
 from pilegrasp_ctrl.viewer.shapes import quaternion_matrix
+from pilegrasp_ctrl.viewer.summary import summarize
 
 # Directions from the scene to the camera (azimuth from +x, elevation) in degrees, the preferred ones first: a push runs
-# along +x, so it is seen from the side and a little from behind the hand.
+# along +x, so it is seen from the side, and from the right, so that pages of many attempts look alike.
 VIEWS = tuple(
-    (azimuth, elevation) for elevation in (22, 38, 60) for azimuth in (-65, 65, -115, 115, -90, 90, -150, 150)
+    (side * azimuth, elevation) for side in (-1, 1) for azimuth in (90, 110, 70, 150) for elevation in (24, 42)
 )
 
-_FRAMES = 12
+_FRAMES = 8
 _TARGETS = 20
 _FAR = 3.0
+_ABOVE = np.array([0.0, 0.0, 0.02])
 
 
 def directions() -> NDArray[np.float64]:
@@ -46,7 +49,11 @@ def action_box(recording: Recording) -> tuple[NDArray[np.float64], NDArray[np.fl
 def _veil(
     recording: Recording, index: int, frame: int, eyes: NDArray[np.float64], points: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return (V, P): how opaque the body's shapes are between a point (P, 3) and an eye (V, 3); the slab test."""
+    """Return (V, P): what the body's shapes take from the sight of a point (P, 3) by an eye (V, 3); the slab test.
+
+    It is 1 for an opaque shape and the square of the opacity for glass, through which much can still be seen. A shape
+    around the point, as the joint is around a knuckle, is no obstacle.
+    """
     rotation = quaternion_matrix(recording.body_quaternion[frame, index])
     position = recording.body_position[frame, index].astype(np.float64)
     result = np.zeros((len(eyes), len(points)))
@@ -59,8 +66,8 @@ def _veil(
         ray = np.where(np.abs(ray) < 1e-9, 1e-9, ray)
         one, two = (-half - start) / ray, (half - start) / ray
         enter, leave = np.minimum(one, two).max(axis=-1), np.maximum(one, two).min(axis=-1)
-        between = (enter < leave) & (leave > 0.0) & (enter < 1.0)
-        result = np.maximum(result, shape.rgba[3] * between)
+        between = (enter < leave) & (enter > 0.0) & (enter < 1.0)
+        result = np.maximum(result, shape.rgba[3] ** 2 * between)
     return result
 
 
@@ -68,22 +75,37 @@ def _spread(indices: list[int]) -> list[int]:
     return indices[:: len(indices) // _TARGETS + 1]
 
 
+def _moments(recording: Recording) -> list[int]:
+    """Return the frames that must be seen: some at equal distances, and the ends of the primitives."""
+    times = recording.frame_time
+    ends = [phase.end for phase in summarize(recording.meta).phases]
+    return [
+        int(k)
+        for k in np.searchsorted(times, [*np.linspace(times[0], times[-1], _FRAMES), *ends]).clip(0, len(times) - 1)
+    ]
+
+
 def best_direction(recording: Recording) -> NDArray[np.float64]:
-    """Return the unit vector (3,) from the scene to the camera from which objects and hand are hidden least."""
+    """Return the unit vector (3,) from the scene to the camera from which objects and fingertips are hidden least."""
     candidates = directions()
     roles = [body.role for body in recording.bodies]
-    aims = [i for wanted in ("object", "hand") for i in _spread([i for i, role in enumerate(roles) if role == wanted])]
+    objects = _spread([i for i, role in enumerate(roles) if role == "object"])
+    hand = _spread([i for i, role in enumerate(roles) if role == "hand"])
+    tool = at_frames(recording, "tool_position", 3)
+    moments = _moments(recording)
     hidden = np.zeros(len(candidates))
-    for frame in np.linspace(0, len(recording.frame_time) - 1, _FRAMES).astype(int):
-        points = recording.body_position[frame, aims].astype(np.float64)
-        veil = np.zeros((len(candidates), len(points)))
-        for index, body in enumerate(recording.bodies):
-            if body.role in ("support", "arm", "sensor") and points.size:
-                veil = np.maximum(veil, _veil(recording, index, int(frame), candidates, points))
-        hidden += veil.sum(axis=1)
+    for frame in moments:
+        position = recording.body_position[frame].astype(np.float64)
+        # Not the whole hand: the wrist hides its root from almost everywhere.
+        tips = position[hand] if tool is None else tool[frame, None] + _ABOVE
+        for points in (position[objects], tips):
+            veil = np.zeros((len(candidates), len(points)))
+            for index, body in enumerate(recording.bodies):
+                if body.role in ("support", "arm", "sensor") and points.size:
+                    veil = np.maximum(veil, _veil(recording, index, frame, candidates, points))
+            hidden += veil.sum(axis=1) / max(1, len(points))
     # A view one place down the list must hide one part in a hundred less.
-    worth = hidden / max(1, _FRAMES * len(aims)) + 0.01 * np.arange(len(candidates))
-    return candidates[int(np.argmin(worth))]
+    return candidates[int(np.argmin(hidden / len(moments) + 0.01 * np.arange(len(candidates))))]
 
 
 def view(recording: Recording) -> dict[str, list[float]]:

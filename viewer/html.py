@@ -117,6 +117,8 @@ def page(recording: Recording) -> str:
         rows=rows or '<tr><td colspan="5">No primitives were recorded.</td></tr>',
         facts=_pairs(summary.facts),
         controller=controller_strips(recording, summary.phases) or "<p>No controller signals were recorded.</p>",
+        # Where no force ends the motion, how well it was followed is what there is to see.
+        open="open" if summary.grasp_force is None else "",
         versions=_pairs(summary.versions),
         config=escape(text(json.dumps(recording.meta.get("config"), indent=1, ensure_ascii=False), 20000)),
         config_hash=escape(text(recording.meta.get("config_hash"), 80) or "unknown"),

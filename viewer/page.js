@@ -102,7 +102,8 @@ window.pilegrasp = (() => {
   function forceAt(moment) {
     if (!data.force) return "";
     const after = data.frameTime.findIndex((t) => t >= moment);
-    return ` · ${data.force[after < 0 ? data.force.length - 1 : after].toFixed(1).replace("-", "−")} N`;
+    const force = data.force[after < 0 ? data.force.length - 1 : after].toFixed(1);
+    return ` · push force ${force.replace("-", "−").replace("−0.0", "0.0")} N`;
   }
 
   const plots = [...document.querySelectorAll(".plot")].map((plot) => ({

@@ -16,6 +16,8 @@ from pilegrasp_ctrl.viewer.summary import Phase, plain
 # The curve is drawn in a box of this many units, stretched to the page; strokes keep their width.
 WIDTH, HEIGHT = 1000.0, 100.0
 _BINS = 250
+SMALLEST_FORCE = 2.0
+"""The strip of forces reaches up to this at least, so that the sensor's noise looks like noise [N]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,12 +124,14 @@ def strip(
     unit: str,
     threshold: tuple[str, float] | None = None,
     labelled: bool = True,
+    least: float = 0.0,
 ) -> str:
     """Return one strip as HTML: bands, curves, a threshold line, ticks, and a cursor that the page's script moves.
 
-    Without curves the bands stand alone. The strip carries its time window in `data-start` and `data-end`.
+    Without curves the bands stand alone. The strip carries its time window in `data-start` and `data-end`, and reaches
+    up to `least` at least.
     """
-    axes = window(recording, curves, [threshold[1]] if threshold else [])
+    axes = window(recording, curves, [least, *([threshold[1]] if threshold else [])])
     bands = "".join(_band(axes, phase, style, labelled) for phase, style in zip(phases, styles(phases), strict=True))
     ticks_y = nice_ticks(axes.low, axes.high, 4) if curves else []
     ticks_x = nice_ticks(axes.start, axes.end, 10)
@@ -160,7 +164,8 @@ def force_strip(recording: Recording, phases: Sequence[Phase], grasp_force: floa
     """Return the strip of the push force and the normal force [N] with the line of F_grasp."""
     named = (("push_force", "push force", "c0"), ("normal_force", "normal force", "c1"))
     threshold = (f"F_grasp {grasp_force:g} N", grasp_force) if grasp_force is not None else None
-    return strip(recording, phases, _curves(recording, named), "force [N] over time [s]", threshold)
+    curves = _curves(recording, named)
+    return strip(recording, phases, curves, "force [N] over time [s]", threshold, least=SMALLEST_FORCE)
 
 
 def controller_strips(recording: Recording, phases: Sequence[Phase]) -> str:

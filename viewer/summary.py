@@ -97,13 +97,16 @@ def _verdict(success: bool | None, grasped: float | None) -> str:
     return f"{word}: {int(grasped)} object{'s' if grasped > 1 else ''} held"
 
 
-def _ending(reason: str, rows: tuple[Phase, ...]) -> str:
+def _ending(success: bool | None, reason: str, rows: tuple[Phase, ...]) -> str:
     """Return why and when the attempt ended; the last primitive speaks where no reason was recorded."""
     if not rows:
         return reason
     last = rows[-1]
+    time = f"{last.end:.1f}\N{NO-BREAK SPACE}s"
+    if success and not reason:
+        return f"after {time}"
     cause = reason or f"{last.name}: {plain(last.trigger) or 'ended'}"
-    return f"{cause}, at {last.end:.1f} s"
+    return f"{cause}, at {time}"
 
 
 _FACTS = (
@@ -117,6 +120,7 @@ _FACTS = (
     ("theta", "strategy.theta_deg", "°"),
     ("speed", "strategy.speed", " m/s"),
     ("F_grasp", "strategy.grasp_force", " N"),
+    ("line speed", "line.speed", " m/s"),
     ("controller", "controller.kind", ""),
     ("solver", "controller.solver", ""),
 )
@@ -129,8 +133,9 @@ def summarize(meta: Mapping[str, Any]) -> Summary:
     success = success if isinstance(success, bool) else None
     facts = []
     straight = lookup(config, "program") == "line"
+    idle = {"strategy.": straight, "line.": not straight, "pile.object": lookup(config, "pile.count") == 0}
     for label, key, unit in _FACTS:
-        if straight and key.startswith("strategy."):
+        if any(key.startswith(start) for start, unused in idle.items() if unused):
             continue
         value = lookup(config, key)
         value = meta.get(key) if value is None else value
@@ -146,7 +151,7 @@ def summarize(meta: Mapping[str, Any]) -> Summary:
         seed=text(meta.get("seed"), 30),
         success=success,
         verdict=_verdict(success, number(meta.get("grasped"))),
-        reason=_ending(text(meta.get("reason")), rows),
+        reason=_ending(success, text(meta.get("reason")), rows),
         grasp_force=None if straight else grasp_force,
         phases=rows,
         facts=tuple(facts),
