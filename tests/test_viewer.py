@@ -308,6 +308,40 @@ def test_the_camera_looks_from_where_no_wall_stands():
         np.testing.assert_array_equal(best_direction(through), directions()[0])
 
 
+def beside(*others, frames=2, **changes):
+    """A ball at rest and other bodies of one box each: role, half sizes, opacity and place at each frame."""
+    bodies = [Body("ball", "object", (Shape("sphere", (0.03,)),))]
+    places = [np.tile([0.0, 0.0, 0.03], (frames, 1))]
+    for index, (role, half, opacity, place) in enumerate(others):
+        bodies.append(Body(f"box {index}", role, (Shape("box", half, rgba=(1, 1, 1, opacity)),)))
+        places.append(np.broadcast_to(place, (frames, 3)))
+    return still(
+        [Shape("sphere", (0.03,))],
+        frames=frames,
+        bodies=tuple(bodies),
+        body_position=np.stack(places, axis=1),
+        body_quaternion=np.broadcast_to((1.0, 0.0, 0.0, 0.0), (frames, len(bodies), 4)),
+        **changes,
+    )
+
+
+def test_the_camera_would_rather_look_through_glass_than_at_an_arm():
+    half = (0.8, 0.01, 0.8)
+    arm, glass = ("arm", half, 1.0, (0.0, -0.2, 0.0)), ("support", half, 0.45, (0.0, 0.2, 0.0))
+    assert best_direction(beside(arm, glass))[1] > 0.5
+    assert best_direction(beside(glass))[1] < -0.5
+
+
+def test_the_camera_heeds_the_ends_of_the_primitives():
+    passing = np.tile([0.0, -0.2, 0.0], (90, 1))
+    passing[:] += 5.0
+    passing[44:48] -= 5.0
+    arm = ("arm", (0.8, 0.01, 0.8), 1.0, passing)
+    np.testing.assert_array_equal(best_direction(beside(arm, frames=90)), directions()[0])
+    outcomes = [{"name": "push", "status": "ended", "start": 0.0, "end": 45 / 30}]
+    assert best_direction(beside(arm, frames=90, meta={"outcomes": outcomes}))[1] > 0.5
+
+
 def test_the_picture_holds_hand_and_pile_but_not_a_runaway(attempt):
     low, high = action_box(attempt)
     hand = attempt.body_position[:, [b.role == "hand" for b in attempt.bodies]].reshape(-1, 3)
@@ -364,7 +398,7 @@ def test_the_head_says_what_happened_when_and_why():
     assert "spheres_wall seed 0 Failed push: travel limit of 0.36 m before 17 N, at 6.4 s" in words
     assert "failed: travel limit of 0.36 m 2.20–6.40 360 11.2" in words
     words = text_of(page(synthetic(frames=30)))
-    assert "Success: 2 objects held lift: lifted, at 10.0 s" in words
+    assert "Success: 2 objects held after 10.0 s" in words
     assert "push grasp force 2.20–6.40 360 17.3" in words
     assert "mujoco 4.0.0" in words
 
@@ -387,6 +421,31 @@ def test_the_strip_has_bands_curves_and_the_threshold():
     assert float(highest[1]) < float(line)
     assert "F_grasp 17 N" in figure
     assert figure.count('class="c1"') == 1
+
+
+def flat(force, **config):
+    """A recording of two seconds with one force signal."""
+    time = np.linspace(0.0, 2.0, 50)
+    return still(
+        [Shape("sphere", (0.03,))],
+        signal_time=time,
+        signals={"push_force": force * np.sin(20.0 * time), "tracking_error": 1e-3 * time},
+        meta={"config": config},
+    )
+
+
+def test_the_sensors_noise_does_not_fill_the_strip():
+    heights = {}
+    for force in (0.05, 40.0):
+        curve = re.search(r'class="c0" points="([^"]+)"', page(flat(force)))[1].split()
+        heights[force] = np.ptp([float(point.split(",")[1]) for point in curve])
+    assert heights[0.05] < 6.0
+    assert heights[40.0] > 80.0
+
+
+def test_a_line_in_free_space_shows_how_well_it_was_followed():
+    assert '<details id="controller" open>' in page(flat(0.1, program="line"))
+    assert '<details id="controller" >' in page(flat(0.1, program="grasp", strategy={"grasp_force": 17.0}))
 
 
 def test_a_failed_primitive_is_marked():
@@ -483,6 +542,18 @@ def test_the_summary_reads_what_is_there():
     )
     assert line.grasp_force is None
     assert line.facts == (("hand", "shovel"),)
+
+
+def test_the_summary_leaves_out_what_played_no_part():
+    config = {
+        "program": "line",
+        "pile": {"object": "cube", "count": 0},
+        "line": {"speed": 0.2},
+        "strategy": {"speed": 0.1},
+    }
+    assert dict(summarize({"config": config}).facts) == {"count": "0", "line speed": "0.2 m/s"}
+    config |= {"program": "grasp", "pile": {"object": "cube", "count": 3}}
+    assert dict(summarize({"config": config}).facts) == {"object": "cube", "count": "3", "speed": "0.1 m/s"}
 
 
 def test_the_file_is_written_whole_or_not_at_all(attempt, document, tmp_path, monkeypatch):

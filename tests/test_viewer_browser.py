@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -43,6 +44,8 @@ POSES = """(() => {
     return toScene.clone().multiply(node.matrixWorld).elements;
   });
 })()"""
+
+NOW = "document.getElementById('now').textContent"
 
 CHILDREN = 'Object.keys(pilegrasp.viewer.scene_tree.find(["FOLDER"]).children).length'
 
@@ -159,7 +162,7 @@ def test_a_click_on_the_strip_moves_scene_cursor_and_text(paused):
     cursors = paused.evaluate("[...document.querySelectorAll('.cursor')].map((c) => parseFloat(c.style.left))")
     assert len(cursors) == 4
     assert cursors == pytest.approx([50.0] * 4, abs=0.5)
-    assert "push" in paused.evaluate("document.getElementById('now').textContent")
+    assert re.fullmatch(r"\d\.\d\d s · push · push force −?\d+\.\d N", paused.evaluate(NOW))
     paused.evaluate("document.querySelectorAll('[data-seek]')[3].click()")
     assert paused.evaluate("pilegrasp.time()") == pytest.approx(7.6, abs=1e-3)
     assert paused.evaluate("document.querySelector('tr.now').textContent").startswith("lift")
