@@ -1,0 +1,32 @@
+"""A refusal names what would be taken, and that is then taken."""
+
+import re
+
+import pytest
+
+from pilegrasp_ctrl.config import load_scenario
+from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.preparation import prepare
+from pilegrasp_ctrl.sim.objects import KINDS, object_kind
+
+
+@pytest.mark.parametrize("name", ["Cube", "light_spere"])
+def test_a_misspelt_object_is_told_its_name(name):
+    with pytest.raises(
+        ConfigurationError, match=rf"pile\.object = '{name}' is not known; did you mean '(\w+)'\?$"
+    ) as e:
+        object_kind(name)
+    assert object_kind(str(e.value).split("'")[-2])
+
+
+def test_an_unknown_object_is_told_what_there_is():
+    with pytest.raises(ConfigurationError, match=f"choose from {', '.join(KINDS)}$"):
+        object_kind("zzz")
+
+
+@pytest.mark.parametrize("settings", [{"controller.rate": 333.0}, {"controller.rate": 2000.0}, {"sim.timestep": 3e-4}])
+def test_a_rate_that_does_not_fit_is_told_one_that_does(settings):
+    with pytest.raises(ConfigurationError, match="whole number of physics steps, as at ") as e:
+        prepare(load_scenario("push_wall", settings), seed=0)
+    rate = float(re.search(r"as at ([\d.]+) Hz", str(e.value))[1])
+    prepare(load_scenario("push_wall", settings | {"controller.rate": rate}), seed=0)
