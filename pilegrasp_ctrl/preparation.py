@@ -16,7 +16,7 @@ from .control.operational_space import OperationalSpaceController
 from .exceptions import ConfigurationError, UnreachablePoseError
 from .primitives.primitive import Target
 from .primitives.strategy import Plan, Tool, line_plan, pile_extent, pile_strategy
-from .robots import path
+from .robots import names, path
 from .sim.backend import Simulation
 from .sim.hand import Hand
 from .sim.layout import REACH, Layout, make_layout
@@ -61,6 +61,8 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     Raises:
         PilegraspError: where one of these cannot be done.
     """
+    if scenario.robot not in names():
+        raise ConfigurationError(f"robot = {scenario.robot!r} is not known; choose from {', '.join(names())}")
     steps = _steps(scenario)
     hand = Hand.load(scenario.hand)
     kind = object_kind(scenario.pile.object, scenario.pile.mass, scenario.pile.scale)

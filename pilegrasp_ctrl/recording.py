@@ -308,6 +308,8 @@ class Recording:
 
 
 def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    if path.exists() and not path.is_file():
+        raise RecordingError("it is not a regular file")
     with path.open("rb") as file:
         if not zipfile.is_zipfile(file):
             raise RecordingError("the file is not a complete .npz archive")

@@ -1,13 +1,16 @@
 """A refusal names what would be taken, and that is then taken."""
 
 import re
+from pathlib import Path
 
 import pytest
 
 from pilegrasp_ctrl.config import load_scenario
-from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.exceptions import ConfigurationError, RecordingError
 from pilegrasp_ctrl.preparation import prepare
+from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.sim.objects import KINDS, object_kind
+from pilegrasp_ctrl.sim.pile import _cache_folder
 
 
 @pytest.mark.parametrize("name", ["Cube", "light_spere"])
@@ -30,3 +33,22 @@ def test_a_rate_that_does_not_fit_is_told_one_that_does(settings):
         prepare(load_scenario("push_wall", settings), seed=0)
     rate = float(re.search(r"as at ([\d.]+) Hz", str(e.value))[1])
     prepare(load_scenario("push_wall", settings | {"controller.rate": rate}), seed=0)
+
+
+def test_an_unknown_robot_is_told_which_there_are():
+    with pytest.raises(ConfigurationError, match=r"robot = 'panda' is not known; choose from wam7"):
+        prepare(load_scenario("push_wall", {"robot": "panda"}), seed=0)
+
+
+def test_a_recording_must_be_a_regular_file():
+    with pytest.raises(RecordingError, match="not a regular file"):
+        Recording.load("/dev/zero")
+
+
+def test_the_cache_does_without_a_home(monkeypatch):
+    def homeless():
+        raise RuntimeError
+
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative")
+    monkeypatch.setattr(Path, "home", homeless)
+    assert _cache_folder().is_absolute()

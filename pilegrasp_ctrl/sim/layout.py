@@ -31,7 +31,7 @@ WALL_HALF_HEIGHT = 0.08
 WALL_HALF_LENGTH = {"wall": 0.50, "corner": 0.30}
 """Half sizes of the walls [m]."""
 
-TABLE_HALF_SIZE = (0.45, 0.60)
+TABLE_HALF_SIZE = (0.65, 0.70)
 """What is drawn of the table [m]; the contact plane is unbounded."""
 
 PAPER_FRAMES = {18: 0.25, 14: 0.18, 10: 0.15}

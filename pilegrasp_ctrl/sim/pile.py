@@ -23,13 +23,15 @@ from .surface import SUPPORT
 FRAME_HEIGHT = 0.6
 PANEL_HALF_THICKNESS = 0.02
 LIFT_SPEED = 0.3
+PEDESTAL = (0.2, 0.1)
+"""Radius and half height of the room that the arm's base takes above the table [m]."""
 REST_SPEED = 0.01
 """An object whose centre moves slower than this [m/s] counts as resting."""
 REST_TIME = 0.3
 """The pile is settled when all objects have rested for this long [s]."""
 TIME_LIMIT = 20.0
 """Of the simulated settling, for each of its two phases [s]."""
-CACHE_VERSION = 6
+CACHE_VERSION = 7
 
 
 def settle_pile(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: Rule, timestep: float) -> Array:
@@ -53,7 +55,7 @@ def settle_pile(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: R
 def _simulate(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: Rule, timestep: float) -> Array:
     spec = new_spec(timestep)
     supports = add_support(spec, layout)
-    panels = _add_frame(spec, layout)
+    panels = [*_add_frame(spec, layout), _add_pedestal(spec)]
     names = add_objects(spec, kind, count, supports, rule)
     side = pair_parameters(combine(kind.surface, SUPPORT, rule))
     for name in names:
@@ -113,6 +115,20 @@ def _add_frame(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
     return list(panels)
 
 
+def _add_pedestal(spec: mujoco.MjSpec) -> str:
+    """Add what stands in for the arm's base, so that no stray object comes to rest inside it."""
+    radius, half_height = PEDESTAL
+    spec.worldbody.add_geom(
+        name="pedestal",
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        pos=[0.0, 0.0, half_height],
+        size=[radius, half_height, 0.0],
+        contype=0,
+        conaffinity=0,
+    )
+    return "pedestal"
+
+
 def _drop_poses(kind: ObjectKind, count: int, layout: Layout, rng: np.random.Generator) -> Array:
     """Return random poses (count, 7) above the frame's floor that do not overlap: a jittered grid, layer on layer."""
     radius = kind.bounding_radius
@@ -148,8 +164,17 @@ def _cache_file(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: R
     numerics = [OBJECT_IMPEDANCE, NATURAL_FREQUENCY, rule, timestep, mujoco.__version__]
     content = [CACHE_VERSION, numerics, repr(kind), count, seed, repr(layout)]
     digest = hashlib.sha256(json.dumps(content).encode()).hexdigest()[:24]
-    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(root) / "pilegrasp" / "piles" / f"{digest}.npy"
+    return _cache_folder() / "pilegrasp" / "piles" / f"{digest}.npy"
+
+
+def _cache_folder() -> Path:
+    root = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    if root.is_absolute():
+        return root
+    try:
+        return Path.home() / ".cache"
+    except RuntimeError:  # a user without a home, as in some containers
+        return Path(tempfile.gettempdir())
 
 
 def _read_cache(file: Path, count: int) -> Array | None:

@@ -72,7 +72,7 @@ def add_support(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
     spec.worldbody.add_geom(
         name="table",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
-        pos=[WALL_DISTANCE - TABLE_HALF_SIZE[0] + 0.1, 0.0, 0.0],
+        pos=[WALL_DISTANCE - 0.15, 0.0, 0.0],
         size=[*TABLE_HALF_SIZE, 0.05],
         rgba=WOOD,
         contype=SUPPORT_BIT,

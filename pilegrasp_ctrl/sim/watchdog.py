@@ -63,5 +63,9 @@ class Watchdog:
     def _stop(self, data: mujoco.MjData, reason: str) -> None:
         file = Path(tempfile.gettempdir()) / f"pilegrasp-last-states-{self._label}.npz"
         times, qpos, qvel, ctrl = zip(*self._states, strict=True)
-        np.savez_compressed(file, time=times, qpos=qpos, qvel=qvel, ctrl=ctrl)
-        raise SimulationError(f"at {data.time:.3f} s {reason} (the last {len(times)} states are in {file})")
+        try:
+            np.savez_compressed(file, time=times, qpos=qpos, qvel=qvel, ctrl=ctrl)
+            kept = f"the last {len(times)} states are in {file}"
+        except OSError as error:
+            kept = f"the last states could not be written to {file}: {error.strerror}"
+        raise SimulationError(f"at {data.time:.3f} s {reason} ({kept})")
