@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,11 +40,8 @@ class HybridImpedanceController:
     ) -> HybridImpedanceController:
         """Set up both controllers; along `force_axes` (world axes, 2 is up) the second keeps little stiffness."""
         stiffness = impedance.stiffness.copy()
-        damping = impedance.damping.copy()
-        axes = list(force_axes)
-        stiffness[axes] *= YIELDING_STIFFNESS
-        soft = Impedance(stiffness, impedance.damping_ratio, damping, impedance.inertia, impedance.desired_force,
-                         impedance.dead_band)  # fmt: skip
+        stiffness[list(force_axes)] *= YIELDING_STIFFNESS
+        soft = replace(impedance, stiffness=stiffness)
         return cls(
             ImpedanceController(arm, impedance, posture, solver=solver, rate=rate),
             ImpedanceController(arm, soft, posture, solver=solver, rate=rate),
