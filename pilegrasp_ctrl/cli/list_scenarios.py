@@ -1,0 +1,39 @@
+"""`pilegrasp list`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from ..exceptions import ConfigurationError
+from .application import app
+from .options import DebugOption, JsonOption, make_console, print_json
+
+
+@app.command("list")
+def list_scenarios(
+    tag: Annotated[str | None, typer.Option(metavar="TAG", help="Only the scenarios that carry this tag.")] = None,
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """List the scenarios that `run` knows by name."""
+    from ..config import load_scenario
+    from ..scenarios import names
+
+    scenarios = [load_scenario(name) for name in names()]
+    tags = sorted({known for scenario in scenarios for known in scenario.tags})
+    if tag is not None and tag not in tags:
+        raise ConfigurationError(f"no scenario carries the tag {tag!r}; the tags are {', '.join(tags)}")
+    rows = [scenario for scenario in scenarios if tag is None or tag in scenario.tags]
+    if as_json:
+        print_json([{"name": row.name, "tags": list(row.tags), "summary": row.summary} for row in rows])
+        return
+    table = Table(box=None, pad_edge=False)
+    for column in ("scenario", "tags", "summary"):
+        table.add_column(column)
+    for row in rows:
+        table.add_row(escape(row.name), escape(" ".join(row.tags)), escape(row.summary))
+    make_console().print(table)
