@@ -24,6 +24,7 @@ _JOINT_KEYS = {
     "friction_coulomb": "friction_coulomb",
     "friction_viscous": "friction_viscous",
 }
+_MOTOR_KEYS = {"joint_to_motor": "joint_to_motor", "motor_torque_limit": "motor_torque_peak"}
 _WORLD = pin.Convention.WORLD
 _WORLD_ALIGNED = pin.LOCAL_WORLD_ALIGNED
 
@@ -44,6 +45,8 @@ class ArmModel:
         torque_limit: (nv,) largest torques [N·m].
         friction_coulomb: (nv,) Coulomb friction at the joints [N·m], zero where unknown.
         friction_viscous: (nv,) viscous friction at the joints [N·m·s/rad], zero where unknown.
+        joint_to_motor: (nv, nv) so that motor speeds are `joint_to_motor v`, where motors share joints; else None.
+        motor_torque_limit: (nv,) largest motor torques [N·m]; None with `joint_to_motor`.
     """
 
     def __init__(
@@ -58,6 +61,8 @@ class ArmModel:
         torque_limit: ArrayLike | None = None,
         friction_coulomb: ArrayLike | None = None,
         friction_viscous: ArrayLike | None = None,
+        joint_to_motor: ArrayLike | None = None,
+        motor_torque_limit: ArrayLike | None = None,
     ) -> None:
         """Wrap a Pinocchio model; a copy is kept.
 
@@ -71,6 +76,8 @@ class ArmModel:
             torque_limit: (nv,) where it differs from the model's [N·m].
             friction_coulomb: (nv,) Coulomb friction [N·m]; zero where absent.
             friction_viscous: (nv,) viscous friction [N·m·s/rad]; zero where absent.
+            joint_to_motor: (nv, nv) of a drive in which motors share joints; each joint has its own where absent.
+            motor_torque_limit: (nv,) of such a drive's motors [N·m]; needed with `joint_to_motor`.
 
         Raises:
             ModelError: where the frame is unknown, a joint is not revolute or prismatic, or a limit makes no sense.
@@ -88,6 +95,8 @@ class ArmModel:
         self._data = self._model.createData()
         self._frame = self._model.getFrameId(tool_frame)
         self._zero = np.zeros(self.nv)
+        self._one = np.zeros(2 * self.nv + 1)
+        self._one[-1] = 1.0
         self.q_lower = self._limit(q_lower, model.lowerPositionLimit, "q_lower")
         self.q_upper = self._limit(q_upper, model.upperPositionLimit, "q_upper")
         self.velocity_limit = self._limit(velocity_limit, model.velocityLimit, "velocity_limit")
@@ -95,6 +104,7 @@ class ArmModel:
         self.friction_coulomb = self._limit(friction_coulomb, self._zero, "friction_coulomb")
         self.friction_viscous = self._limit(friction_viscous, self._zero, "friction_viscous")
         self._check_limits()
+        self.joint_to_motor, self.motor_torque_limit = self._transmission(joint_to_motor, motor_torque_limit)
 
     @classmethod
     def load(
@@ -123,6 +133,9 @@ class ArmModel:
             robot, joints = table["robot"], table["joints"]
             urdf, flange, names = path(name, robot["urdf"]), robot["flange_frame"], tuple(joints["names"])
             numbers = {argument: joints[key] for argument, key in _JOINT_KEYS.items()}
+            if "transmission" in table:
+                for argument, key in _MOTOR_KEYS.items():
+                    numbers[argument] = table["transmission"][key]
         except KeyError as error:
             raise ModelError(f"{name}: its robot.toml has no key {error}, so it is not an arm to load") from None
         arm = cls.from_urdf(
@@ -156,6 +169,8 @@ class ArmModel:
         armature: ArrayLike | None = None,
         friction_coulomb: ArrayLike | None = None,
         friction_viscous: ArrayLike | None = None,
+        joint_to_motor: ArrayLike | None = None,
+        motor_torque_limit: ArrayLike | None = None,
     ) -> ArmModel:
         """Return the arm that a URDF describes.
 
@@ -174,6 +189,8 @@ class ArmModel:
             armature: (nv,) reflected inertia of the drives [kg·m²].
             friction_coulomb: (nv,) Coulomb friction [N·m].
             friction_viscous: (nv,) viscous friction [N·m·s/rad].
+            joint_to_motor: (nv, nv) of a drive in which motors share joints.
+            motor_torque_limit: (nv,) of such a drive's motors [N·m].
 
         Raises:
             ModelError: where the file cannot be read or an argument does not fit it.
@@ -216,6 +233,8 @@ class ArmModel:
             torque_limit=torque_limit,
             friction_coulomb=friction_coulomb,
             friction_viscous=friction_viscous,
+            joint_to_motor=joint_to_motor,
+            motor_torque_limit=motor_torque_limit,
         )
 
     @property
@@ -236,22 +255,23 @@ class ArmModel:
         nv = self.nv
         if np.shape(q) != (nv,) or np.shape(v) != (nv,):
             raise ModelError(f"{self.name}: q {np.shape(q)} and v {np.shape(v)} must both have the shape ({nv},)")
-        x = np.empty(2 * nv)
+        x = self._one.copy()
         x[:nv] = q
-        x[nv:] = v
+        x[nv:-1] = v
         # One product is cheaper than isfinite(), and is not finite where an entry is not.
         if not isfinite(x.dot(x)):
             raise ModelError(f"{self.name}: q or v holds a value that is not finite: {x.tolist()}")
-        q, v = x[:nv], x[nv:]
+        q, v = x[:nv], x[nv:-1]
         model, data, frame = self._model, self._data, self._frame
         # In world convention the composite rigid bodies leave the joint Jacobians behind.
         M = pin.crba(model, data, q, _WORLD)
         h = pin.nonLinearEffects(model, data, q, v)
         pin.forwardKinematics(model, data, q, v, self._zero)
-        placement = pin.updateFramePlacement(model, data, frame)
+        # One copy of the placement is cheaper than one of its translation and one of its rotation.
+        placement = pin.updateFramePlacement(model, data, frame).homogeneous
         J = pin.getFrameJacobian(model, data, frame, _WORLD_ALIGNED)
         Jdot_v = pin.getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED).vector
-        return ArmState(x, q, v, M, h, J, Jdot_v, placement.translation.copy(), placement.rotation.copy(), J.dot(v))
+        return ArmState(x, q, v, M, h, J, Jdot_v, placement[:3, 3], placement[:3, :3], J.dot(v))
 
     def _limit(self, value: ArrayLike | None, default: Array, what: str) -> Array:
         array = np.array(default if value is None else value, dtype=np.float64)
@@ -260,6 +280,26 @@ class ArmModel:
             raise ModelError(f"{self.name}: {what} must be {self.nv} numbers, one for each of {joints}")
         array.setflags(write=False)
         return array
+
+    def _transmission(
+        self, joint_to_motor: ArrayLike | None, limit: ArrayLike | None
+    ) -> tuple[Array | None, Array | None]:
+        if (joint_to_motor is None) != (limit is None):
+            raise ModelError(f"{self.name}: joint_to_motor and motor_torque_limit go together; give both or neither")
+        if joint_to_motor is None:
+            return None, None
+        matrix = np.array(joint_to_motor, dtype=np.float64)
+        if matrix.shape != (self.nv, self.nv) or not np.isfinite(matrix).all() or np.linalg.cond(matrix) > 1e6:
+            raise ModelError(f"{self.name}: joint_to_motor must be an invertible matrix ({self.nv}, {self.nv})")
+        motors = self._limit(limit, self._zero, "motor_torque_limit")
+        if not (motors > 0.0).all():
+            raise ModelError(f"{self.name}: motor_torque_limit must be positive; it is {motors.tolist()}")
+        shared = (np.count_nonzero(matrix, axis=0) > 1) & (np.abs(matrix).T @ motors > self.torque_limit)
+        if shared.any():
+            joint = self.joint_names[int(np.argmax(shared))]
+            raise ModelError(f"{self.name}: the motors give {joint!r} more than its torque_limit; lower one of the two")
+        matrix.setflags(write=False)
+        return matrix, motors
 
     def _check_limits(self) -> None:
         for what, good in (

@@ -14,7 +14,7 @@ class ArmState(NamedTuple):
     belong to this state alone; the next update does not touch them.
 
     Attributes:
-        x: (2 nv,) q and v in one vector.
+        x: (2 nv + 1,) q, v and a one, so that whatever is affine in the state is one product.
         q: (nv,) joint positions [rad], a view of x.
         v: (nv,) joint velocities [rad/s], a view of x.
         M: (nv, nv) joint-space inertia, the drives' reflected inertia included [kg·m²].
@@ -40,4 +40,4 @@ class ArmState(NamedTuple):
     @property
     def pose(self) -> Pose:
         """`transform_tool_to_world`."""
-        return Pose(self.translation, self.rotation)
+        return Pose.trusted(self.translation, self.rotation)

@@ -16,6 +16,7 @@ import numpy as np
 
 from . import __version__
 from .config import Scenario, load_scenario
+from .control.saturation import Saturation
 from .exceptions import ConfigurationError
 from .preparation import Attempt, prepare
 from .primitives.primitive import Ending, Phase, Primitive, Sensed, Target
@@ -49,6 +50,8 @@ class EpisodeResult:
         sim_time: simulated seconds.
         wall_time: seconds that the loop took on the wall clock.
         tick_times: (n,) seconds of each control tick, state to torque.
+        limited_ticks: in how many of them a limit was active.
+        fallback_ticks: in how many of them the solver failed and the arm was only held.
         recording: where one was asked for.
     """
 
@@ -62,6 +65,8 @@ class EpisodeResult:
     sim_time: float
     wall_time: float
     tick_times: Array
+    limited_ticks: int
+    fallback_ticks: int
     recording: Recording | None = field(default=None, repr=False)
 
     def as_dict(self) -> dict[str, Any]:
@@ -78,7 +83,13 @@ class EpisodeResult:
             "sim_time": self.sim_time,
             "wall_time": self.wall_time,
             "realtime_factor": self.sim_time / self.wall_time,
-            "controller": {"ticks": len(self.tick_times), "median_us": float(median), "p99_us": float(p99)},
+            "controller": {
+                "ticks": len(self.tick_times),
+                "median_us": float(median),
+                "p99_us": float(p99),
+                "limited": self.limited_ticks,
+                "fallbacks": self.fallback_ticks,
+            },
         }
 
 
@@ -131,7 +142,9 @@ class _Loop:
     def __init__(self, attempt: Attempt, record: bool, progress: Progress | None) -> None:
         self._attempt, self._progress = attempt, progress
         label = f"{attempt.scenario.config_hash()}-{attempt.seed}"
-        self._watchdog = Watchdog(attempt.arm.torque_limit, label)
+        self._watchdog = Watchdog(label)
+        self._saturation = Saturation(attempt.period)
+        self._fallbacks = self._limited = 0
         self._recorder = Recorder(attempt.simulation, attempt.arm, attempt.plan.direction) if record else None
         self._ticks: list[float] = []
         self._next_progress = 0.0
@@ -157,6 +170,8 @@ class _Loop:
             sim_time=float(attempt.simulation.data.time),
             wall_time=wall_time,
             tick_times=np.array(self._ticks),
+            limited_ticks=self._limited,
+            fallback_ticks=self._fallbacks,
         )
         return replace(result, recording=self._recorder.finish(_meta(attempt, result))) if self._recorder else result
 
@@ -172,20 +187,21 @@ class _Loop:
     def _stand_still(self) -> None:
         """Hold the start pose until fingers, friction and the sensor's filter have come to rest."""
         attempt, simulation = self._attempt, self._attempt.simulation
-        torque = attempt.arm.update(simulation.observe().q, np.zeros(attempt.arm.nv)).h
-        simulation.apply(torque, self._target.closure)
+        self._torque = attempt.arm.update(simulation.observe().q, np.zeros(attempt.arm.nv)).h
+        simulation.apply(self._torque, self._target.closure)
         for _ in range(round(STAND_STILL / attempt.period)):
             simulation.step()
-            self._watchdog.check(simulation.data, torque)
+            self._watchdog.check(simulation.data)
             observation = simulation.observe()
             state = attempt.arm.update(observation.q, observation.v)
-            torque = attempt.control(observation, self._target, state).command.torque
-            simulation.apply(torque, self._target.closure)
+            self._torque = attempt.control(observation, self._target, state).command.torque
+            simulation.apply(self._torque, self._target.closure)
 
     def _carry_out(self, primitive: Primitive) -> Outcome:
         attempt, simulation, arm = self._attempt, self._attempt.simulation, self._attempt.arm
         phase: Phase | None = None
         travel = peak = 0.0
+        lasting = ""
         while True:
             observation = simulation.observe()
             tick = time.perf_counter()
@@ -198,20 +214,26 @@ class _Loop:
             last = sensed
             peak = max(peak, phase.force(sensed))
             ending = phase.ending(sensed)
-            if ending is None and sensed.time > TIME_LIMIT:
-                ending = Ending(f"time limit of {TIME_LIMIT:.0f} s", failed=True)
+            if ending is None and (lasting or sensed.time > TIME_LIMIT):
+                ending = Ending(lasting or f"time limit of {TIME_LIMIT:.0f} s", failed=True)
             if ending is not None:
+                if self._recorder:
+                    # What ended the primitive belongs into the curves.
+                    self._recorder.sample(observation, state, self._target, self._torque, self._zero, always=True)
                 status = "failed" if ending.failed else "ended"
                 return Outcome(primitive.name, status, ending.trigger, begun.time, sensed.time, travel, peak)
             self._target = phase.target(sensed)
             output = attempt.control(observation, self._target, state)
             self._ticks.append(time.perf_counter() - tick)
-            torque = output.command.torque
+            self._torque = output.command.torque
+            lasting = self._saturation.after(output)
+            self._limited += bool(output.active_limits)
+            self._fallbacks += bool(output.fallback)
             if self._recorder:
-                self._recorder.sample(observation, state, self._target, torque, self._zero)
-            simulation.apply(torque, self._target.closure)
+                self._recorder.sample(observation, state, self._target, self._torque, self._zero)
+            simulation.apply(self._torque, self._target.closure)
             simulation.step()
-            self._watchdog.check(simulation.data, torque)
+            self._watchdog.check(simulation.data)
             if self._progress and observation.time >= self._next_progress:
                 self._next_progress = observation.time + PROGRESS_PERIOD
                 self._progress(observation.time, primitive.name)

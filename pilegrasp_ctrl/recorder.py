@@ -42,12 +42,22 @@ class Recorder:
         self._rows: list[dict[str, Any]] = []
         self._next_frame = self._next_row = 0.0
 
-    def sample(self, observation: Observation, state: ArmState, target: Target, torque: Array, zero: Array) -> None:
-        """Note one control tick; push and normal force are relative to the wrench `zero` (6,)."""
+    def sample(
+        self,
+        observation: Observation,
+        state: ArmState,
+        target: Target,
+        torque: Array,
+        zero: Array,
+        *,
+        always: bool = False,
+    ) -> None:
+        """Note one control tick, if it is its turn or `always`; forces are relative to the wrench `zero` (6,)."""
         if observation.time >= self._next_frame - 1e-9:
             self._next_frame = _after(observation.time, FRAME_PERIOD)
             self._frames.append((observation.time, *self._simulation.poses(self._ids)))
-        if observation.time < self._next_row - 1e-9:
+        due = observation.time >= self._next_row - 1e-9
+        if not due and (not always or self._rows[-1]["time"] >= observation.time):
             return
         self._next_row = _after(observation.time, SIGNAL_PERIOD)
         reference = target.reference.pose

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import isfinite
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -46,6 +46,17 @@ class Pose:
             raise ValueError("rotation is not a right-handed orthonormal matrix")
         object.__setattr__(self, "translation", translation)
         object.__setattr__(self, "rotation", rotation)
+
+    @classmethod
+    def trusted(cls, translation: Array, rotation: Array) -> Pose:
+        """Return a pose of arrays that are known to be right, as they follow from checked ones.
+
+        The checks cost more than the arithmetic of a whole control law; what a user hands over goes through `Pose`.
+        """
+        pose = object.__new__(cls)
+        object.__setattr__(pose, "translation", translation)
+        object.__setattr__(pose, "rotation", rotation)
+        return pose
 
     def __matmul__(self, other: Pose) -> Pose:
         """Compose: (a to world) @ (b to a) = (b to world)."""
@@ -91,6 +102,15 @@ class Reference:
         object.__setattr__(self, "twist", frozen_array(self.twist, (6,), "twist"))
         object.__setattr__(self, "acceleration", frozen_array(self.acceleration, (6,), "acceleration"))
 
+    @classmethod
+    def trusted(cls, pose: Pose, twist: Array, acceleration: Array) -> Reference:
+        """Return a reference of arrays that are known to be right; see `Pose.trusted`."""
+        reference = object.__new__(cls)
+        object.__setattr__(reference, "pose", pose)
+        object.__setattr__(reference, "twist", twist)
+        object.__setattr__(reference, "acceleration", acceleration)
+        return reference
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
@@ -106,15 +126,13 @@ class Observation:
     wrench: Array = field(default_factory=lambda: np.zeros(6))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Command:
+class Command(NamedTuple):
     """Joint torques (nv,) [N·m]."""
 
     torque: Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ControllerOutput:
+class ControllerOutput(NamedTuple):
     """One tick's answer.
 
     Attributes:

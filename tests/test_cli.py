@@ -57,7 +57,7 @@ class FakeResult:
             "sim_time": 6.0,
             "wall_time": 1.5,
             "realtime_factor": 4.0,
-            "controller": {"ticks": 3000, "median_us": 41.0, "p99_us": 95.0},
+            "controller": {"ticks": 3000, "median_us": 41.0, "p99_us": 95.0, "limited": 0, "fallbacks": 0},
         }
 
     def as_dict(self):

@@ -11,6 +11,7 @@ from ..arm_model import ArmModel
 from ..arm_state import ArmState
 from ..exceptions import ConfigurationError, SolverError
 from ..limits.acceleration_bounds import AccelerationBounds, AffineLimit
+from ..limits.braking import braking_acceleration
 from ..limits.position_limit import PositionLimit
 from ..limits.torque_limit import TorqueLimit
 from ..limits.velocity_limit import VelocityLimit
@@ -21,17 +22,26 @@ from ..types import Array, Command, ControllerOutput
 from .linear_algebra import solve_positive_definite
 from .qp import QuadraticProgram, Solution, make_solver, solve
 
+_NEAR = -200.0
+"""Bounds that allow more than this leave room for whatever joint friction does [rad/s²]."""
+_FRICTION_SCALE = 0.05
+"""Joint speed at which three quarters of the Coulomb friction are expected [rad/s]."""
+
 LIMITS = ("torque", "velocity", "position")
 
 _ACTIVE = 1e-6
 _FALLBACK_DAMPING = 10.0
+_DEMAND = 1.25
+"""On the border of what a joint can brake from, a bound demands its braking acceleration; beyond, it asks a bit more."""
 
 
 class InverseDynamics:
     """A quadratic program in the joint accelerations a.
 
         minimise    |W^½ (J a + Jdot_v - wanted)|² + w |a - a_posture|²
-        subject to  bounds on a from velocity and position limits,    |M a + h + feed-forward| <= torque limit
+        subject to  bounds on a from velocity and position limits,    |S (M a + h + feed-forward)| <= torque limit
+
+    S is the identity but for joints that share motors; `TorqueLimit` has it.
 
     The torque rows are hard. The bounds on a are hard too where that is possible; where a saturated arm cannot meet
     them they are softened for that period, so that there is always a torque. Buffers are reused between calls, so one
@@ -62,22 +72,26 @@ class InverseDynamics:
             raise ConfigurationError(f"the posture has {len(posture.target)} entries; {arm.name} has {n} joints")
         self.arm, self._task, self._posture = arm, task, posture
         affine: list[AffineLimit] = []
+        braking = braking_acceleration(arm)
+        self._period, self._nearest = 1.0 / rate, -np.inf
+        self._rubs = bool(arm.friction_coulomb.any() or arm.friction_viscous.any())
         if "velocity" in limits:
             affine.append(VelocityLimit(arm, rate))
         if "position" in limits:
-            affine.append(PositionLimit(arm, rate))
-        self._bounds = AccelerationBounds(affine, n)
-        self._torque_limit = TorqueLimit(arm) if "torque" in limits else None
+            affine.append(PositionLimit(arm, rate, braking=braking))
+        self._bounds = AccelerationBounds(affine, n, _DEMAND * braking)
+        self._fallback_limit = TorqueLimit(arm)
+        self._torque_limit = self._fallback_limit if "torque" in limits else None
         self._solver = make_solver(solver)
         # Everything affine in the state is one product: bounds, then targets for velocities, then for accelerations.
         # The tool's six rows of each target are not affine and are written over the product's zeros.
         rows = 6 + n
         matrices, offsets = posture.affine(n)
-        tool_matrix, tool_offset = np.zeros((6, 2 * n)), np.zeros(6)
-        self._matrix = np.vstack((self._bounds.matrix, tool_matrix, matrices[0], tool_matrix, matrices[1]))
-        self._offset = np.concatenate((self._bounds.offset, tool_offset, offsets[0], tool_offset, offsets[1]))
-        self._values = np.zeros(len(self._offset))
-        self._bound_values = self._bounds.split(self._values[: -2 * rows])
+        targets = np.zeros((2, rows, 2 * n + 1))
+        targets[:, 6:, :-1], targets[:, 6:, -1] = matrices, offsets
+        self._matrix = np.vstack((self._bounds.matrix, *targets))
+        self._values = np.zeros(len(self._matrix))
+        self._blocks = self._bounds.split(self._values[: -2 * rows])
         targets = self._values[-2 * rows :].reshape(2, rows)
         self._posture_targets = targets[:, 6:]
         self._velocity_target, self._tool_velocity = targets[0], targets[0, :6]
@@ -85,10 +99,11 @@ class InverseDynamics:
         self._A[6:] = posture.sqrt_weight * np.eye(n)
         self._A_transposed = self._A.T
         self._tool_rows = Objective(self._A[:6], self._c[:6])
-        bounds = np.stack((np.full(2 * n, -np.inf), np.full(2 * n, np.inf)))
-        self._program = QuadraticProgram(np.zeros((n, n)), np.zeros(n), np.zeros((n, n)), bounds[0], bounds[1])
-        self._lower, self._upper = bounds[0, :n], bounds[1, :n]
-        self._torque_bounds = bounds[:, n:]
+        lower, upper = np.full(2 * n, -np.inf), np.full(2 * n, np.inf)
+        self._program = QuadraticProgram(np.zeros((n, n)), np.zeros(n), np.zeros((n, n)), lower, upper)
+        # Views that last are cheaper than slices in every period.
+        self._acceleration_bounds = lower[:n], upper[:n]
+        self._torque_bounds = lower[n:], upper[n:]
 
     @property
     def program(self) -> QuadraticProgram:
@@ -106,19 +121,17 @@ class InverseDynamics:
         Raises:
             ConfigurationError: where the posture has a wrong shape or holds a value that is not finite.
         """
-        values = self._values
-        np.dot(self._matrix, state.x, out=values)
-        np.add(values, self._offset, out=values)
+        self._matrix.dot(state.x, out=self._values)
         if posture is not None:
             if np.shape(posture) != state.q.shape or not np.isfinite(posture).all():
                 raise ConfigurationError(f"the posture must be {self.arm.nv} finite numbers; it is {posture}")
             self._posture.retarget(self._posture_targets, state.q, posture)
-        self._bounds.intersect(self._bound_values, self._lower, self._upper)
+        self._nearest = self._bounds.intersect(self._blocks, *self._acceleration_bounds)
         self._task.write(self._tool_rows, state, wanted)
-        H, f, _, lower, upper = self._program
-        np.dot(self._A_transposed, self._A, out=H)
-        np.dot(self._c, self._A, out=f)
-        self._program = QuadraticProgram(H, f, state.M, lower, upper)
+        _, _, _, lower, upper = self._program
+        A, limit = self._A, self._torque_limit
+        G = state.M if limit is None else limit.rows(state.M)
+        self._program = QuadraticProgram(self._A_transposed.dot(A), self._c.dot(A), G, lower, upper)
 
     def joint_velocity(self, twist: Array) -> Array:
         """Return (nv,) the joint velocity that a tool twist and the posture ask for [rad/s]; after `assemble`.
@@ -126,31 +139,66 @@ class InverseDynamics:
         The program's own cost with velocities in place of accelerations, limits aside.
         """
         np.multiply(twist, self._task.sqrt_weight, out=self._tool_velocity)
-        return solve_positive_definite(self._program.H, np.dot(self._velocity_target, self._A))
+        return solve_positive_definite(self._program.H, self._velocity_target.dot(self._A))
 
-    def solve(self, state: ArmState, feedforward: Array | None = None) -> ControllerOutput:
+    def solve(
+        self, state: ArmState, friction: Array | None = None, cancelled: Array | None = None
+    ) -> ControllerOutput:
         """Return the torques for what was assembled.
+
+        Both torques below are added to that of the accelerations, and count into the torque limits.
 
         Args:
             state: the state that was assembled.
-            feedforward: (nv,) torque beside that of the accelerations, counted into the torque limits [N·m].
+            friction: (nv,) against the friction that is expected [N·m].
+            cancelled: (nv,) against what the environment is known to do to the joints [N·m].
         """
-        offset = state.h if feedforward is None else state.h + feedforward
+        offset = state.h if friction is None else state.h + friction
+        if cancelled is not None:
+            offset = offset + cancelled
+        if self._rubs and self._nearest > _NEAR:
+            return self._solve_near_limits(state, offset, friction)
+        return self._solve(state, offset)
+
+    def _solve_near_limits(self, state: ArmState, offset: Array, compensated: Array | None) -> ControllerOutput:
+        """Solve for bounds on the accelerations that follow once friction has its say.
+
+        What the feed-forward leaves of the friction, or adds to it, moves the joints beside what the program asks
+        for: next to a limit, friction that turns round with a joint would carry a light one beyond. Friction acts
+        against the motion that follows, which the first of two solutions predicts.
+        """
+        arm = self.arm
+        lower, upper = self._acceleration_bounds
+        wanted_lower, wanted_upper = lower.copy(), upper.copy()
+        v = state.v
+        for _ in range(2):
+            rest = -arm.friction_coulomb * np.tanh(v / _FRICTION_SCALE) - arm.friction_viscous * state.v
+            if compensated is not None:
+                rest += compensated
+            drift = solve_positive_definite(state.M, rest)
+            np.subtract(wanted_lower, drift, out=lower)
+            np.subtract(wanted_upper, drift, out=upper)
+            output = self._solve(state, offset)
+            v = state.v + self._period * (output.acceleration + drift)
+        return output
+
+    def _solve(self, state: ArmState, offset: Array) -> ControllerOutput:
         limit = self._torque_limit
         if limit is not None:
-            limit.write(self._torque_bounds, offset)
+            limit.write(*self._torque_bounds, offset)
         start = perf_counter()
         try:
             solution = solve(self._program, self._solver)
         except SolverError as error:
             return self._fallback(state, str(error), perf_counter() - start)
         elapsed = perf_counter() - start
-        torque = solution.Gx + offset
+        torque = state.M.dot(solution.x)
+        torque += offset
         if solution.margin > _ACTIVE:
             return ControllerOutput(Command(torque), solution.x, (), elapsed)
         if limit is not None:
             # Only round-off is cut here: the rows are hard, and the solver's answer was checked against them.
-            torque = np.minimum(np.maximum(torque, -limit.torque), limit.torque)
+            torque = limit.cut(torque)
         return ControllerOutput(Command(torque), solution.x, self._active(solution), elapsed)
 
     def _active(self, solution: Solution) -> tuple[str, ...]:
@@ -159,19 +207,20 @@ class InverseDynamics:
         for side, slack in zip(("lower", "upper"), solution.slack, strict=True):
             for index in np.flatnonzero(slack < _ACTIVE).tolist():
                 if index < n:
-                    names.append(self._bounds.name(self._bound_values, index, side))
-                else:
-                    names.append(f"torque[{index - n}] {side}")
+                    names.append(self._bounds.name(self._blocks, index, side))
+                elif self._torque_limit is not None:
+                    names.append(f"{self._torque_limit.row_names[index - n]} {side}")
         return tuple(names)
 
     def _fallback(self, state: ArmState, reason: str, elapsed: float) -> ControllerOutput:
-        limit = self.arm.torque_limit
+        limit = self._fallback_limit
         h: Array = np.nan_to_num(state.h)
         wanted: Array = np.nan_to_num(h - _FALLBACK_DAMPING * state.M.diagonal() * state.v)
-        torque = np.clip(wanted, -limit, limit)
+        torque = limit.cut(wanted)
+        rows = wanted if limit.matrix is None else limit.matrix.dot(wanted)
         names = [
-            f"torque[{joint}] {'upper' if torque[joint] > 0.0 else 'lower'}"
-            for joint in np.flatnonzero(np.abs(wanted) >= limit).tolist()
+            f"{limit.row_names[row]} {'upper' if rows[row] > 0.0 else 'lower'}"
+            for row in np.flatnonzero(np.abs(rows) >= limit.limit).tolist()
         ]
         acceleration = solve_positive_definite(state.M, torque - h)
         reason = f"{reason}; gravity compensation with damping instead"

@@ -9,7 +9,6 @@ from ..types import Array
 
 _SAMPLES = 64
 _SHARE = 0.5
-_STOPPING_TIME = 0.05
 
 
 def braking_acceleration(arm: ArmModel) -> Array:
@@ -17,8 +16,8 @@ def braking_acceleration(arm: ArmModel) -> Array:
 
     The smallest of `share (torque limit - |gravity| - friction) / M_ii` over postures spread evenly between the
     position limits (a Kronecker sequence on the generalised golden ratio, so the answer never varies). Half of what
-    is left is taken, for the coupling with other joints and what the hand carries. It is capped at stopping from
-    full speed in 0.05 s, which light wrists could beat, and never below a tenth of full speed per second.
+    is left is taken, for the coupling with other joints and what the hand carries; never less than a tenth of full
+    speed per second. A light wrist has far more than it needs.
     """
     lower = np.where(np.isfinite(arm.q_lower), arm.q_lower, -np.pi)
     upper = np.where(np.isfinite(arm.q_upper), arm.q_upper, np.pi)
@@ -31,7 +30,7 @@ def braking_acceleration(arm: ArmModel) -> Array:
         state = arm.update(q, np.zeros(arm.nv))
         spare = arm.torque_limit - np.abs(state.h) - arm.friction_coulomb
         np.minimum(least, _SHARE * spare / state.M.diagonal(), out=least)
-    return np.clip(least, 0.1 * speed, speed / _STOPPING_TIME)
+    return np.maximum(least, 0.1 * speed)
 
 
 def _golden_ratio(dimension: int) -> float:

@@ -10,6 +10,10 @@ from .braking import braking_acceleration
 from .constraint import AffineBounds
 
 
+STOPPING_TIME = 0.05
+"""No joint needs to stop from full speed any faster [s]."""
+
+
 class PositionLimit:
     """Keeps each joint able to stop before its position limit.
 
@@ -19,8 +23,8 @@ class PositionLimit:
         a <= (gain (q_max - q) - (1 + gain T) v) / (T (1 + gain T / 2))
 
     and the mirror image below. Along the border of that set the joint brakes with at most `gain v_max`, so the gain
-    is the braking acceleration that the torques allow over the largest speed: the set stays invariant, the joint
-    approaches its limit exponentially, and a joint found beyond its limit returns at the same rate. It is the linear
+    is the braking acceleration that the torques allow over the largest speed, at most 1 / `STOPPING_TIME`: the set
+    stays invariant, the joint approaches its limit exponentially, and a joint found beyond its limit returns at the same rate. It is the linear
     subset of the viable states of Del Prete, "Joint position and velocity bounds in discrete-time
     acceleration/torque control of robot manipulators", RA-L 3(1), 2018, whose border is a parabola.
 
@@ -51,7 +55,7 @@ class PositionLimit:
         """
         braking = braking_acceleration(arm) if braking is None else np.asarray(braking, dtype=np.float64)
         speed = np.where(np.isfinite(arm.velocity_limit), arm.velocity_limit, 2.0)
-        self.gain = braking / speed
+        self.gain = np.minimum(braking / speed, 1.0 / STOPPING_TIME)
         self.horizon = horizon_periods / rate
         kept = np.minimum(margin, 0.25 * (arm.q_upper - arm.q_lower))
         self._lower, self._upper = arm.q_lower + kept, arm.q_upper - kept

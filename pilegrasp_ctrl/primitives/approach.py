@@ -10,8 +10,8 @@ import numpy as np
 from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
 from ..types import Pose
-from .path_phase import NO_FORCE, OVERTIME, PathPhase
-from .primitive import Ending, Sensed, Target
+from .path_phase import OVERTIME, PathPhase
+from .primitive import NO_FORCE, Ending, Sensed, Target
 
 SEARCH_DEPTH = 0.05
 """How far below the expected surface the descent goes on before it gives up [m]."""

@@ -9,8 +9,8 @@ from typing import ClassVar
 from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
 from ..types import Array
-from .path_phase import NO_FORCE, PathPhase
-from .primitive import Ending, Sensed, Target
+from .path_phase import PathPhase
+from .primitive import NO_FORCE, Ending, Sensed, Target
 
 SETTLE_TIME = 0.5
 """Rest after the line, so that a recording shows how the error dies away [s]."""

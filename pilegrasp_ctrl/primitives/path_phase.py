@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-import numpy as np
+from math import sqrt
 
 from ..trajectories.line_chain import LineChain
 from ..types import Array
 from .primitive import Sensed, Target
 
-NO_FORCE = np.zeros(6)
-NO_FORCE.setflags(write=False)
 OVERTIME = 0.5
 """A primitive that waits for an event goes on for this long after its path has ended [s]."""
 
@@ -46,4 +43,5 @@ class PathPhase:
 
     def force(self, sensed: Sensed) -> float:
         """Return the size of the change of force [N]."""
-        return float(np.linalg.norm(self.change(sensed)))
+        change = self.change(sensed)
+        return sqrt(change.dot(change))

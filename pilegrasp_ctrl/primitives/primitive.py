@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import ClassVar, Protocol
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
 from ..types import Array, Pose, Reference
 
+NO_FORCE = np.zeros(6)
+NO_FORCE.setflags(write=False)
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Sensed:
+
+class Sensed(NamedTuple):
     """What a primitive may look at: the clock, the arm's own kinematics and the wrist sensor.
 
     Attributes:
@@ -25,8 +27,7 @@ class Sensed:
     wrench: Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Target:
+class Target(NamedTuple):
     """What a primitive asks for at one instant.
 
     Attributes:
@@ -37,7 +38,7 @@ class Target:
 
     reference: Reference
     closure: float
-    desired_force: Array = field(default_factory=lambda: np.zeros(6))
+    desired_force: Array = NO_FORCE
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,7 +59,7 @@ class PushPhase(PathPhase):
 
     def force(self, sensed: Sensed) -> float:
         """Return the force against the push."""
-        return float(-self.plan.direction @ self.change(sensed))
+        return float(-self.plan.direction.dot(self.change(sensed)))
 
     def ending(self, sensed: Sensed) -> Ending | None:
         """End at F_grasp, or where the travel ends."""

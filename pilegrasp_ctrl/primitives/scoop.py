@@ -10,8 +10,8 @@ import numpy as np
 
 from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
-from .path_phase import NO_FORCE, PathPhase
-from .primitive import Ending, Sensed, Target
+from .path_phase import PathPhase
+from .primitive import NO_FORCE, Ending, Sensed, Target
 
 ANGULAR_SPEED = 0.6
 """Of the tilt [rad/s]."""

@@ -28,7 +28,8 @@ class WristSensor:
         self._channels = slice(first, first + 6)
         self._sum, self._count = np.zeros(6), 0
         self._site = model.site("wrist_sensor").id
-        self._tool = tool
+        # What takes the tool's weight off, as a linear map of the world's vertical in sensor axes.
+        self._lift = GRAVITY * np.vstack((tool.mass * np.eye(3), tool.mass * _cross(tool.center_of_mass)))
         self._sigma = np.repeat([config.force_noise, config.torque_noise], 3)
         self._rng = np.random.default_rng([seed, 0x5E])
         self._blend = 1.0 - math.exp(-2.0 * math.pi * config.cutoff * period)
@@ -50,17 +51,12 @@ class WristSensor:
         """
         if self._count == 0:
             self.sample(data)
-        mean = self._sum / -self._count
-        self._sum[:], self._count = 0.0, 0
+        local = self._sum / -self._count
+        self._sum.fill(0.0)
+        self._count = 0
         rotation = data.site_xmat[self._site].reshape(3, 3)
-        wrench = np.empty(6)
-        wrench[:3] = rotation.dot(mean[:3])
-        wrench[3:] = rotation.dot(mean[3:])
-        weight = GRAVITY * self._tool.mass
-        x, y, _ = rotation.dot(self._tool.center_of_mass).tolist()
-        wrench[2] += weight
-        wrench[3] += weight * y
-        wrench[4] -= weight * x
+        local += self._lift.dot(rotation[2])
+        wrench = local.reshape(2, 3).dot(rotation.T).reshape(6)
         wrench += self._noise()
         self._filtered = wrench if self._filtered is None else self._filtered + self._blend * (wrench - self._filtered)
         return self._filtered
@@ -71,3 +67,9 @@ class WristSensor:
             self._block, self._used = self._sigma * self._rng.standard_normal((NOISE_BLOCK, 6)), 0
         self._used += 1
         return self._block[self._used - 1]
+
+
+def _cross(vector: Array) -> Array:
+    """Return the matrix (3, 3) of the cross product with `vector` (3,)."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -94,11 +94,11 @@ class StraightLine:
     def at(self, time: float) -> Reference:
         """Return the reference at `time` [s]; at rest at either end outside the motion."""
         s, rate, rise = self.profile.at(time)
-        pose = Pose(self.start.translation + s * self.displacement, self._rotation(s))
-        return Reference(pose, rate * self._path, rise * self._path)
+        pose = Pose.trusted(self.start.translation + s * self.displacement, self._rotation(s))
+        return Reference.trusted(pose, rate * self._path, rise * self._path)
 
     def _rotation(self, s: float) -> Array:
-        return pin.exp3(s * self.rotation) @ self.start.rotation if self._turns else self.start.rotation
+        return pin.exp3(s * self.rotation).dot(self.start.rotation) if self._turns else self.start.rotation
 
 
 def _over(value: float, size: float) -> float:
