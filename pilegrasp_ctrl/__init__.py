@@ -28,17 +28,26 @@ if TYPE_CHECKING:
     from .exceptions import SimulationError as SimulationError
     from .exceptions import SolverError as SolverError
     from .exceptions import UnreachablePoseError as UnreachablePoseError
+    from .experiments.arm_simulation import ArmSimulation as ArmSimulation
+    from .experiments.frequency_response import FrequencyResponse as FrequencyResponse
+    from .experiments.frequency_response import frequency_response as frequency_response
+    from .experiments.step_response import StepResponse as StepResponse
+    from .experiments.step_response import step_response as step_response
     from .recording import Recording as Recording
+    from .trajectories.arc import Arc as Arc
     from .trajectories.straight_line import StraightLine as StraightLine
     from .types import Observation as Observation
     from .types import Pose as Pose
     from .types import Reference as Reference
 
 _MODULES = {
+    "Arc": "trajectories.arc",
     "ArmModel": "arm_model",
+    "ArmSimulation": "experiments.arm_simulation",
     "ConfigurationError": "exceptions",
     "EpisodeResult": "episode",
     "ExportError": "exceptions",
+    "FrequencyResponse": "experiments.frequency_response",
     "Impedance": "control.gains",
     "ImpedanceController": "control.impedance",
     "ModelError": "exceptions",
@@ -54,10 +63,13 @@ _MODULES = {
     "Scenario": "config",
     "SimulationError": "exceptions",
     "SolverError": "exceptions",
+    "StepResponse": "experiments.step_response",
     "StraightLine": "trajectories.straight_line",
     "UnreachablePoseError": "exceptions",
+    "frequency_response": "experiments.frequency_response",
     "load_scenario": "config",
     "run": "episode",
+    "step_response": "experiments.step_response",
 }
 
 try:

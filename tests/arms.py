@@ -1,26 +1,15 @@
 """The two arms that everything in control is tested on, and a simulation of them without contacts."""
 
-import importlib.metadata
 from collections.abc import Callable
 
 import numpy as np
-import pinocchio as pin
 
 from pilegrasp_ctrl.arm_model import ArmModel
+from pilegrasp_ctrl.experiments.arm_simulation import ArmSimulation
+from pilegrasp_ctrl.experiments.example_arm import HOME, panda_urdf
 from pilegrasp_ctrl.types import Observation
 
-HOME = {
-    "panda": np.array([0.1, -0.3, 0.2, -2.0, 0.1, 1.7, 0.3]),
-    "wam7": np.array([0.26, 0.82, -0.01, 1.68, -0.87, 0.81, -1.03]),
-}
 ARMS = tuple(HOME)
-
-
-def panda_urdf():
-    """example-robot-data 6 is data without a Python module."""
-    package = importlib.metadata.distribution("example-robot-data")
-    (file,) = [file for file in package.files if str(file).endswith("urdf/panda.urdf")]
-    return package.locate_file(file)
 
 
 def load(name: str, **arguments) -> ArmModel:
@@ -35,7 +24,9 @@ def load(name: str, **arguments) -> ArmModel:
 def without_friction(name: str, tool=None, **changes) -> ArmModel:
     """The same arm with no friction in its model, and other limits or frictions where given."""
     arm = load(name, tool=tool)
-    limits = {key: getattr(arm, key) for key in ("q_lower", "q_upper", "velocity_limit", "torque_limit")}
+    kept = ["q_lower", "q_upper", "velocity_limit", "torque_limit"]
+    kept += [] if "torque_limit" in changes else ["joint_to_motor", "motor_torque_limit"]
+    limits = {key: getattr(arm, key) for key in kept}
     frame = "flange" if name == "wam7" else "panda_hand_tcp"
     return ArmModel(arm.pinocchio_model, frame, name=name, **{**limits, **changes})
 
@@ -59,36 +50,21 @@ def simulate(
     external: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
     coulomb: np.ndarray | None = None,
 ):
-    """Integrate the arm from rest by the midpoint rule under torques held for a period; yield time, q, v and torque.
+    """Run the library's plant from rest; yield time, q, v and torque.
 
-    `external(q, v)` is a joint torque from outside. With `coulomb`, friction that stops a joint within a step where it
-    can and otherwise opposes its motion.
+    `external(q, v)` is a joint torque from outside; the plant's friction is `coulomb` alone, whatever the model's.
     """
-    model = arm.pinocchio_model
-    data = model.createData()
-    q, v, step_time = q.copy(), np.zeros(arm.nv), 1.0 / (rate * substeps)
-    for tick in range(round(duration * rate)):
-        torque = step(Observation(tick / rate, q, v))
-        yield tick / rate, q, v, torque
-        for _ in range(substeps):
-            total = torque if external is None else torque + external(q, v)
-            if coulomb is not None:
-                total = total + _friction(
-                    pin.crba(model, data, q), pin.aba(model, data, q, v, total), v, coulomb, step_time
-                )
-            a = pin.aba(model, data, q, v, total)
-            middle = pin.aba(model, data, q + 0.5 * step_time * v, v + 0.5 * step_time * a, total)
-            q = q + step_time * (v + 0.5 * step_time * a)
-            v = v + step_time * middle
+    plant = PushedArm(arm, external, substeps=substeps, friction_coulomb=0.0 if coulomb is None else coulomb)
+    for sample in plant.run(step, q, duration, rate=rate):
+        yield sample.time, sample.q, sample.v, sample.torque
 
 
-def _friction(M, a, v, coulomb, step_time):
-    """Projected Gauss-Seidel on the impulses that would bring every joint to rest, each within its Coulomb friction."""
-    inverse = np.linalg.inv(M)
-    friction = np.zeros(len(v))
-    for _ in range(10):
-        for joint in range(len(v)):
-            rate = v[joint] / step_time + a[joint] + inverse[joint] @ friction
-            wanted = friction[joint] - rate / inverse[joint, joint]
-            friction[joint] = np.clip(wanted, -coulomb[joint], coulomb[joint])
-    return friction
+class PushedArm(ArmSimulation):
+    """A plant that is pushed at its joints rather than at its tool."""
+
+    def __init__(self, arm, push, **arguments):
+        super().__init__(arm, friction_viscous=0.0, **arguments)
+        self._push = push
+
+    def external(self, q, v):
+        return None if self._push is None else self._push(q, v)

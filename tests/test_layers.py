@@ -11,7 +11,8 @@ import pilegrasp_ctrl
 
 ROOT = Path(__file__).parents[1] / "pilegrasp_ctrl"
 
-ENGINES = {"pinocchio", "mujoco", "mink", "meshcat", "qpsolvers", "osqp", "daqp", "optuna", "matplotlib", "seaborn"}
+SOLVERS = {"qpsolvers", "osqp", "daqp", "proxsuite", "quadprog"}
+ENGINES = {"pinocchio", "mujoco", "mink", "meshcat", "optuna", "matplotlib", "seaborn"} | SOLVERS
 
 # layer: (its modules, the layers it may import beside its own, the engines it may import)
 LAYERS = {
@@ -20,7 +21,7 @@ LAYERS = {
     "control": (
         {"arm_model", "arm_state", "tasks", "limits", "control", "trajectories", "primitives"},
         {"base", "robots"},
-        {"pinocchio", "qpsolvers", "osqp", "daqp"},
+        {"pinocchio"} | SOLVERS,
     ),
     "sim": ({"sim"}, {"base", "robots", "recording"}, {"mujoco", "mink"}),
     "recording": ({"recording"}, {"base"}, set()),
@@ -31,7 +32,7 @@ LAYERS = {
         {"pinocchio", "mujoco"},
     ),
     "top": (
-        {"__init__", "cli", "doctor", "scripts"},
+        {"__init__", "cli", "doctor", "experiments", "scripts"},
         {"base", "robots", "control", "sim", "recording", "viewer", "episode"},
         ENGINES,
     ),
