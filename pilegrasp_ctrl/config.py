@@ -14,13 +14,16 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from pydantic_core import PydanticCustomError
 
 from .exceptions import ConfigurationError
-from .scenarios import find
+from .scenarios import find, is_file
 
 Text = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]*$")]
 Name = Annotated[Text, Field(min_length=1)]
 Slope = Annotated[float, Field(ge=0.0, le=90.0)]
 Mass = Annotated[float, Field(ge=1e-3, le=5.0)]
 FrameSize = Annotated[float, Field(gt=0.0, le=0.6)]
+Share = Annotated[float, Field(ge=0.0, le=0.5)]
+Noise = Annotated[float, Field(ge=0.0, le=10.0)] | None
+Calibration = Literal["SI-32-2.5", "SI-65-5", "SI-130-10"]
 Coordinate = Annotated[float, Field(ge=-2.0, le=2.0)]
 Vector = tuple[Coordinate, Coordinate, Coordinate]
 
@@ -58,8 +61,11 @@ class SupportConfig(Section):
 class PileConfig(Section):
     """The objects and the frame they are dropped into."""
 
-    object: Text = Field(default="light_sphere", description="kind of object")
-    count: int = Field(default=18, ge=0, le=200, description="number of objects")
+    object: Text = Field(default="light_sphere", description="kind of object: a name, or a TOML file of one's own")
+    variant: Literal["real", "sim", "literal"] = Field(
+        default="real", description="size: the real or the simulated one of Table I, or its r taken literally as radius"
+    )
+    count: int = Field(default=18, ge=0, le=200, description="number of objects, each one of a net counted")
     mass: Mass | None = Field(default=None, description="mass of one object; the kind's own where absent [kg]")
     scale: float = Field(default=1.0, ge=0.25, le=4.0, description="factor on the object's lengths")
     frame_size: FrameSize | None = Field(
@@ -100,18 +106,33 @@ class ControllerConfig(Section):
         default=None, description="which controller; the hand's own where absent"
     )
     gains: Name | None = Field(default=None, description="TOML file of gains; the shipped ones where absent")
-    solver: Literal["daqp", "osqp"] = Field(default="daqp", description="solver of the quadratic program")
+    solver: Literal["daqp", "osqp", "proxqp", "quadprog"] = Field(
+        default="daqp", description="solver of the quadratic program"
+    )
     rate: float = Field(default=500.0, ge=100.0, le=2000.0, description="control ticks per second [Hz]")
+    compiled: bool = Field(
+        default=False, description="whether operational-space control runs compiled; needs numba, other last digits"
+    )
 
 
 class SensorConfig(Section):
-    """The wrist force/torque sensor."""
+    """The wrist force/torque sensor; `docs/sensor.md` says where each number comes from."""
 
     cutoff: float = Field(default=8.0, ge=0.1, le=1000.0, description="corner of the first-order low-pass [Hz]")
-    force_noise: float = Field(default=0.05, ge=0.0, le=10.0, description="standard deviation of a force sample [N]")
-    torque_noise: float = Field(
-        default=0.002, ge=0.0, le=1.0, description="standard deviation of a torque sample [N·m]"
-    )
+    force_noise: Noise = Field(default=None, description="standard deviation; range of Fx / 1300 where absent [N]")
+    torque_noise: Noise = Field(default=None, description="standard deviation; range / 2500 where absent [N·m]")
+    calibration: Calibration = Field(default="SI-65-5", description="of the ATI Gamma, which sets range and resolution")
+    bias: Share = Field(default=0.01, description="largest constant offset, as a share of the range")
+    drift: Share = Field(default=0.001, description="largest drift in a minute, as a share of the range [1/min]")
+    tool_mass_error: float = Field(default=0.0, ge=-0.5, le=0.5, description="error of the tool's mass, as a share")
+
+    @model_validator(mode="after")
+    def _noise_of_the_calibration(self) -> SensorConfig:
+        """Fill in the noise, so that hash and recording hold what is simulated; the name states Fx's and T's range."""
+        force, torque = map(float, self.calibration.split("-")[1:])
+        noise = {"force_noise": force / 1300.0, "torque_noise": torque / 2500.0}
+        self.__dict__.update({key: value for key, value in noise.items() if getattr(self, key) is None})
+        return self
 
 
 class SimulationConfig(Section):
@@ -157,14 +178,16 @@ class Scenario(Section):
     def config_hash(self) -> str:
         """Return 16 hex digits that are equal where the physics and the control are asked to be equal.
 
-        The name, the summary and the tags do not enter; the file of gains enters with its content.
+        The name, the summary and the tags do not enter; the files of gains and of the object enter with their content.
 
         Raises:
-            ConfigurationError: where that file cannot be read.
+            ConfigurationError: where one of these cannot be read.
         """
         content = self.model_dump(mode="json", exclude={"name", "summary", "tags"})
         if self.controller.gains is not None:
             content["controller"]["gains"] = hashlib.sha256(_read(Path(self.controller.gains))).hexdigest()
+        if is_file(self.pile.object):
+            content["pile"]["object"] = _object_digests(Path(self.pile.object))
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -231,7 +254,8 @@ def build_scenario(
 def load_scenario(name: str | Path, overrides: Mapping[str, Any] | None = None) -> Scenario:
     """Read a scenario: the name of one that ships, or a TOML file.
 
-    A file of gains is looked for beside the scenario's own file; one in `overrides`, in the working directory.
+    Files of gains and objects are looked for beside the scenario's own file; those in `overrides`, in the working
+    directory.
 
     Raises:
         ConfigurationError: where nothing has that name, or the file is missing, is not TOML, or does not validate.
@@ -243,10 +267,25 @@ def load_scenario(name: str | Path, overrides: Mapping[str, Any] | None = None) 
     except (ValueError, RecursionError) as error:
         raise ConfigurationError(f"{path}: is not valid TOML: {error}") from None
     table.setdefault("name", path.stem)
-    controller = table.get("controller")
+    controller, pile = table.get("controller"), table.get("pile")
     if isinstance(controller, dict) and isinstance(controller.get("gains"), str):
         controller["gains"] = str(path.parent / controller["gains"])
+    if isinstance(pile, dict) and isinstance(pile.get("object"), str) and is_file(pile["object"]):
+        pile["object"] = str(path.parent / pile["object"])
     return build_scenario(table, overrides, source=str(path))
+
+
+def _object_digests(path: Path) -> list[str]:
+    """Return the digests of the file of an object and of the meshes that it names."""
+    contents = [_read(path)]
+    try:
+        table = tomllib.loads(contents[0].decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise ConfigurationError(f"{path}: is not valid TOML: {error}") from None
+    for place in (table, *table.values()):
+        if isinstance(place, dict) and isinstance(place.get("file"), str):
+            contents.append(_read(path.parent / place["file"]))
+    return [hashlib.sha256(content).hexdigest() for content in contents]
 
 
 def _read(path: Path) -> bytes:

@@ -104,7 +104,7 @@ def test_the_documented_scenarios_are_those_that_ship():
         ("support.tilt_deg", -1.0),
         ("support.tilt_deg", 5.0),
         ("controller.rate", 99),
-        ("controller.solver", "quadprog"),
+        ("controller.solver", "gurobi"),
         ("sensor.force_noise", -0.1),
         ("sensor.cutoff", 0),
         ("sensor.cutoff", 1e-9),

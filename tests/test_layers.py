@@ -11,7 +11,7 @@ import pilegrasp_ctrl
 
 ROOT = Path(__file__).parents[1] / "pilegrasp_ctrl"
 
-SOLVERS = {"qpsolvers", "osqp", "daqp", "proxsuite", "quadprog"}
+SOLVERS = {"qpsolvers", "osqp", "daqp", "proxsuite", "quadprog", "numba"}
 ENGINES = {"pinocchio", "mujoco", "mink", "meshcat", "optuna", "matplotlib", "seaborn"} | SOLVERS
 
 # layer: (its modules, the layers it may import beside its own, the engines it may import)

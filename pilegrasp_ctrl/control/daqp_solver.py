@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 from ..types import Array
 from .qp import QuadraticProgram
 
+_TOLERANCE = 1e-9
+"""Largest excess of a bound [rad/s², N·m]; the default of 1e-6 is no faster, and misses optima that lie closer."""
+
 
 class DaqpSolver:
     """Solves each program from scratch; at this size a warm start gains nothing, and answers do not depend on history.
@@ -30,5 +33,5 @@ class DaqpSolver:
         kinds = self._kinds.get(rows)
         if kinds is None:
             kinds = self._kinds[rows] = np.zeros(rows, dtype=np.int32)
-        x, _, flag, _ = daqp.solve(H, f, G, upper, lower, kinds, iter_limit=1000)
+        x, _, flag, _ = daqp.solve(H, f, G, upper, lower, kinds, primal_tol=_TOLERANCE)
         return x if flag > 0 else None

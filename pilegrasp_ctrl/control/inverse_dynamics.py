@@ -29,10 +29,11 @@ _FRICTION_SCALE = 0.05
 
 LIMITS = ("torque", "velocity", "position")
 
-_ACTIVE = 1e-6
+ACTIVE = 1e-6
+"""A limit that is nearer than this is active [rad/s², N·m]."""
 _FALLBACK_DAMPING = 10.0
 _DEMAND = 1.25
-"""On the border of what a joint can brake from, a bound demands its braking acceleration; beyond, it asks a bit more."""
+"""On the border of what a joint can brake from, a bound demands its braking acceleration; beyond, a bit more."""
 
 
 class InverseDynamics:
@@ -71,6 +72,7 @@ class InverseDynamics:
         if posture.target is not None and posture.target.shape != (n,):
             raise ConfigurationError(f"the posture has {len(posture.target)} entries; {arm.name} has {n} joints")
         self.arm, self._task, self._posture = arm, task, posture
+        self.posture_root = posture.sqrt_weight
         affine: list[AffineLimit] = []
         braking = braking_acceleration(arm)
         self._period, self._nearest = 1.0 / rate, -np.inf
@@ -82,14 +84,14 @@ class InverseDynamics:
         self._bounds = AccelerationBounds(affine, n, _DEMAND * braking)
         self._fallback_limit = TorqueLimit(arm)
         self._torque_limit = self._fallback_limit if "torque" in limits else None
-        self._solver = make_solver(solver)
+        self.solver = make_solver(solver)
         # Everything affine in the state is one product: bounds, then targets for velocities, then for accelerations.
         # The tool's six rows of each target are not affine and are written over the product's zeros.
         rows = 6 + n
         matrices, offsets = posture.affine(n)
-        targets = np.zeros((2, rows, 2 * n + 1))
-        targets[:, 6:, :-1], targets[:, 6:, -1] = matrices, offsets
-        self._matrix = np.vstack((self._bounds.matrix, *targets))
+        affine_targets = np.zeros((2, rows, 2 * n + 1))
+        affine_targets[:, 6:, :-1], affine_targets[:, 6:, -1] = matrices, offsets
+        self._matrix = np.vstack((self._bounds.matrix, *affine_targets))
         self._values = np.zeros(len(self._matrix))
         self._blocks = self._bounds.split(self._values[: -2 * rows])
         targets = self._values[-2 * rows :].reshape(2, rows)
@@ -104,6 +106,24 @@ class InverseDynamics:
         # Views that last are cheaper than slices in every period.
         self._acceleration_bounds = lower[:n], upper[:n]
         self._torque_bounds = lower[n:], upper[n:]
+
+    def is_far(self, nearest: float) -> bool:
+        """Return whether the nearest bound, as `AccelerationBounds.intersect` tells it, leaves friction out of account.
+
+        False for what is not a number.
+        """
+        return nearest <= (_NEAR if self._rubs else np.inf)
+
+    def constants(self) -> tuple[Array, Array]:
+        """Return what is affine in the state, stacked (rows, 2 nv + 1), and S (nv, nv)."""
+        limit = self._torque_limit
+        return self._matrix, np.eye(self.arm.nv) if limit is None or limit.matrix is None else limit.matrix
+
+    def limits(self) -> Array:
+        """Return (3, nv): limits of S tau [N·m], and the accelerations that lower and upper bounds may demand."""
+        limit = self._torque_limit
+        torque = np.full(self.arm.nv, np.inf) if limit is None else limit.limit
+        return np.vstack((torque, self._bounds.demand.reshape(2, -1)))
 
     @property
     def program(self) -> QuadraticProgram:
@@ -188,13 +208,13 @@ class InverseDynamics:
             limit.write(*self._torque_bounds, offset)
         start = perf_counter()
         try:
-            solution = solve(self._program, self._solver)
+            solution = solve(self._program, self.solver)
         except SolverError as error:
             return self._fallback(state, str(error), perf_counter() - start)
         elapsed = perf_counter() - start
         torque = state.M.dot(solution.x)
         torque += offset
-        if solution.margin > _ACTIVE:
+        if solution.margin > ACTIVE:
             return ControllerOutput(Command(torque), solution.x, (), elapsed)
         if limit is not None:
             # Only round-off is cut here: the rows are hard, and the solver's answer was checked against them.
@@ -205,7 +225,7 @@ class InverseDynamics:
         n = self.arm.nv
         names = []
         for side, slack in zip(("lower", "upper"), solution.slack, strict=True):
-            for index in np.flatnonzero(slack < _ACTIVE).tolist():
+            for index in np.flatnonzero(slack < ACTIVE).tolist():
                 if index < n:
                     names.append(self._bounds.name(self._blocks, index, side))
                 elif self._torque_limit is not None:

@@ -7,32 +7,32 @@ import osqp
 from scipy import sparse
 
 from ..types import Array
+from .least_distance import LeastDistance
 from .qp import QuadraticProgram
 
 _INFINITY = 1e30
-_STAGES = (1e-5, 1e-7, 1e-9)
 _SETTINGS = {
     "verbose": False,
     "rho": 10.0,
-    "max_iter": 4000,
+    # Enough to tell the active set, or nearly; at the cost's own scale, which is 1.
+    "eps_abs": 1e-5,
+    "eps_rel": 1e-5,
+    "max_iter": 100,
     "check_termination": 10,
     "scaling": 0,
-    # The default calls tight but feasible programs infeasible.
-    "eps_prim_inf": 1e-7,
     # Its own polishing prints to standard output whenever no bound is active.
     "polishing": False,
 }
-_INFEASIBLE = osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE
-_EXACT = 1e-9
 
 
 class OsqpSolver:
-    """Keeps one workspace for each size of program, and sharpens what the method found.
+    """Keeps one workspace for each size of program, and completes what the method found.
 
-    The method converges slowly where the cost's curvature differs between directions, and here it differs by the ratio
-    of tool to posture weight. It is therefore given y = Lᵀ x with L Lᵀ = H, in which the cost is a sphere, and rows of
-    unit length. It stops as soon as it knows which bounds are active: with these as equations the optimum follows in
-    closed form, and its multipliers tell whether they were the right ones.
+    The method is that of Stellato et al., "OSQP: an operator splitting solver for quadratic programs", Mathematical
+    Programming Computation 12, 2020. It is given the program as a least distance, in which the cost is a sphere and
+    every row has unit length, scaled so that the distance is about 1. It need not converge, and where bounds are
+    softened it often does not: its multipliers tell which bounds are active, or nearly so, and `LeastDistance.nearest`
+    goes on from there to the exact optimum.
 
     Attributes:
         name: "osqp".
@@ -42,65 +42,44 @@ class OsqpSolver:
 
     def __init__(self) -> None:
         """Set up no workspace yet."""
-        self._workspaces: dict[tuple[int, int], osqp.OSQP] = {}
+        self._workspaces: dict[tuple[int, ...], osqp.OSQP] = {}
 
     def solve(self, problem: QuadraticProgram) -> Array | None:
-        """Return x (n,), or None where OSQP finds none."""
-        if not all(np.isfinite(array).all() for array in (problem.H, problem.f, problem.G)):
+        """Return x (n,), or None where there is none."""
+        distance = LeastDistance.of(problem)
+        if distance is None:
             return None
-        inverse = np.linalg.inv(np.linalg.cholesky(problem.H))
-        bounded = np.isfinite(problem.lower) | np.isfinite(problem.upper)
-        rows = np.vstack((inverse.T, problem.G @ inverse.T))[bounded]
-        scale = 1.0 / np.linalg.norm(rows, axis=1)
-        rows *= scale[:, None]
-        lower = np.maximum(problem.lower[bounded] * scale, -_INFINITY)
-        upper = np.minimum(problem.upper[bounded] * scale, _INFINITY)
-        if not (lower <= upper).all():
-            return None
-        y = self._minimise(inverse @ problem.f, rows, lower, upper)
-        return None if y is None else inverse.T @ y
+        y = distance.nearest(self._multipliers(distance))
+        return None if y is None else distance.x(y)
 
-    def _minimise(self, q: Array, rows: Array, lower: Array, upper: Array) -> Array | None:
-        """Return the y that minimises ½ |y|² + qᵀ y under lower <= rows y <= upper."""
+    def _multipliers(self, distance: LeastDistance) -> Array:
+        """Return OSQP's multipliers (k,) as far as it came."""
+        rows = distance.rows
+        if not len(rows):
+            return np.zeros(0)
+        unit = max(1.0, float(np.abs(distance.goal).max()))
+        data = {
+            "q": -distance.goal / unit,
+            "l": np.maximum(distance.lower / unit, -_INFINITY),
+            "u": np.minimum(distance.upper / unit, _INFINITY),
+        }
         workspace = self._workspaces.get(rows.shape)
         if workspace is None:
-            workspace = self._workspaces[rows.shape] = _workspace(rows, q, lower, upper)
+            workspace = self._workspaces[rows.shape] = _workspace(rows, data)
         else:
-            workspace.update(q=q, Ax=rows.T.ravel(), l=lower, u=upper)
+            workspace.update(Ax=rows.T.ravel(), **data)
         # Each program starts from the same point, so that an answer does not depend on those before it.
-        workspace.warm_start(x=np.zeros(len(q)), y=np.zeros(len(lower)))
-        for tolerance in _STAGES:
-            workspace.update_settings(rho=_SETTINGS["rho"], eps_abs=tolerance, eps_rel=tolerance)
-            result = workspace.solve(raise_error=False)
-            if result.info.status_val == _INFEASIBLE:
-                return None
-            y = _sharpen(q, rows, lower, upper, result.y)
-            if y is not None:
-                return y
-        return np.array(result.x)
+        workspace.update_settings(rho=_SETTINGS["rho"])
+        workspace.warm_start(x=np.zeros(rows.shape[1]), y=np.zeros(len(rows)))
+        # They are negative at lower bounds.
+        return np.nan_to_num(-workspace.solve(raise_error=False).y)
 
 
-def _sharpen(q: Array, rows: Array, lower: Array, upper: Array, multipliers: Array) -> Array | None:
-    """Return the optimum if the bounds with a multiplier are those that are active in it, else None."""
-    active = np.abs(multipliers) > _EXACT
-    at_upper = multipliers[active] > 0.0
-    chosen = rows[active]
-    y, exact = -q, np.zeros(len(chosen))
-    if len(chosen):
-        gap = chosen @ q + np.where(at_upper, upper[active], lower[active])
-        exact = np.asarray(-np.linalg.lstsq(chosen @ chosen.T, gap, rcond=None)[0], dtype=np.float64)
-        y = y - chosen.T @ exact
-    values = rows @ y
-    size = 1.0 + np.abs(values)
-    feasible = (values >= lower - _EXACT * size).all() and (values <= upper + _EXACT * size).all()
-    return y if feasible and (np.where(at_upper, exact, -exact) >= -_EXACT).all() else None
-
-
-def _workspace(rows: Array, q: Array, lower: Array, upper: Array) -> osqp.OSQP:
+def _workspace(rows: Array, data: dict[str, Array]) -> osqp.OSQP:
     """Return a workspace for dense `rows`: every entry is stored, so that later values need no new pattern."""
     m, n = rows.shape
     pattern = (rows.T.ravel(), np.tile(np.arange(m), n), m * np.arange(n + 1))
     workspace = osqp.OSQP()
     A = sparse.csc_matrix(pattern, shape=(m, n))
-    workspace.setup(P=sparse.eye(n, format="csc"), q=q, A=A, l=lower, u=upper, **_SETTINGS)
+    workspace.setup(P=sparse.eye(n, format="csc"), A=A, **data, **_SETTINGS)
     return workspace

@@ -33,6 +33,7 @@ class AccelerationBounds:
     block [upper; -lower] of the first limit is what no other may exceed.
 
     Attributes:
+        demand: (2 nv,) most that lower bounds, then upper ones, may ask for [rad/s²].
         matrix: ((limits + 1) 2 nv, 2 nv + 1), so that `matrix [x; 1]` are the blocks at x; no rows without limits.
     """
 
@@ -45,7 +46,7 @@ class AccelerationBounds:
             demand: (nv,) the largest acceleration that a lower bound may ask for, and the largest deceleration that an
                 upper one may [rad/s²]; without limit where absent.
         """
-        self._demand = np.full(2 * nv, np.inf) if demand is None else np.concatenate((demand, demand))
+        self.demand = np.full(2 * nv, np.inf) if demand is None else np.concatenate((demand, demand))
         self._names = [limit.name for limit in limits]
         sides = [_sides(limit.bounds()) for limit in limits]
         blocks = [np.vstack((lower, -upper)) for lower, upper in sides]
@@ -70,7 +71,7 @@ class AccelerationBounds:
         for block in blocks[1:-2]:
             np.maximum(tightest, block, out=tightest)
         np.minimum(tightest, blocks[-1], out=tightest)
-        np.minimum(tightest, self._demand, out=tightest)
+        np.minimum(tightest, self.demand, out=tightest)
         lower[:] = tightest[: len(lower)]
         np.negative(tightest[len(lower) :], out=upper)
         return tightest.item(tightest.argmax())
