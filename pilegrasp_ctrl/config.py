@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from pydantic_core import PydanticCustomError
 
 from .exceptions import ConfigurationError
-from .scenarios import find, is_file
+from .scenarios import find, is_file, object_digests
 
 Text = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]*$")]
 Name = Annotated[Text, Field(min_length=1)]
@@ -187,7 +187,7 @@ class Scenario(Section):
         if self.controller.gains is not None:
             content["controller"]["gains"] = hashlib.sha256(_read(Path(self.controller.gains))).hexdigest()
         if is_file(self.pile.object):
-            content["pile"]["object"] = _object_digests(Path(self.pile.object))
+            content["pile"]["object"] = object_digests(Path(self.pile.object))
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -273,19 +273,6 @@ def load_scenario(name: str | Path, overrides: Mapping[str, Any] | None = None) 
     if isinstance(pile, dict) and isinstance(pile.get("object"), str) and is_file(pile["object"]):
         pile["object"] = str(path.parent / pile["object"])
     return build_scenario(table, overrides, source=str(path))
-
-
-def _object_digests(path: Path) -> list[str]:
-    """Return the digests of the file of an object and of the meshes that it names."""
-    contents = [_read(path)]
-    try:
-        table = tomllib.loads(contents[0].decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:
-        raise ConfigurationError(f"{path}: is not valid TOML: {error}") from None
-    for place in (table, *table.values()):
-        if isinstance(place, dict) and isinstance(place.get("file"), str):
-            contents.append(_read(path.parent / place["file"]))
-    return [hashlib.sha256(content).hexdigest() for content in contents]
 
 
 def _read(path: Path) -> bytes:

@@ -21,9 +21,10 @@ from .exceptions import ConfigurationError
 from .preparation import Attempt, prepare
 from .primitives.primitive import Ending, Phase, Primitive, Sensed, Target
 from .recorder import Recorder
+from .sim.frame_feed import FrameFeed, Observer
 from .sim.grasp_check import held_objects
 from .sim.watchdog import Watchdog
-from .types import Array, Outcome, Reference
+from .types import Array, Observation, Outcome, Reference
 
 if TYPE_CHECKING:
     from .recording import Recording
@@ -48,7 +49,7 @@ class EpisodeResult:
         reason: why it ended without success, or "".
         outcomes: one for each primitive that began.
         sim_time: simulated seconds.
-        wall_time: seconds that the loop took on the wall clock.
+        wall_time: seconds that the loop took on the wall clock, without those that its observer took.
         tick_times: (n,) seconds of each control tick, state to torque.
         limited_ticks: in how many of them a limit was active.
         fallback_ticks: in how many of them the solver failed and the arm was only held.
@@ -100,6 +101,7 @@ def run(
     record: bool = False,
     overrides: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
+    on_frame: Observer | None = None,
 ) -> EpisodeResult:
     """Carry out one attempt: build, settle, approach, push, grasp, lift, judge.
 
@@ -109,6 +111,8 @@ def run(
         record: whether to keep a recording.
         overrides: dotted keys and values on top of a named scenario or a file.
         progress: called with the simulated time [s] and the primitive's name while the attempt runs.
+        on_frame: called at the times of a recording's frames and at the end of each primitive; it may take its time,
+            as the simulation waits, and changes nothing.
 
     Raises:
         PilegraspError: one sentence, where the scenario cannot be used, a pose is out of reach, the pile does not
@@ -121,7 +125,7 @@ def run(
         scenario = load_scenario(scenario, overrides)
     if not isinstance(seed, int) or seed < 0:
         raise ConfigurationError(f"seed = {seed!r} must be a whole number that is not negative")
-    return _Loop(prepare(scenario, seed), record, progress).run()
+    return _Loop(prepare(scenario, seed), record, progress, on_frame).run()
 
 
 @contextmanager
@@ -139,17 +143,21 @@ def _no_garbage_collection() -> Iterator[None]:
 class _Loop:
     """The state that one attempt needs while it runs."""
 
-    def __init__(self, attempt: Attempt, record: bool, progress: Progress | None) -> None:
+    def __init__(
+        self, attempt: Attempt, record: bool, progress: Progress | None, on_frame: Observer | None = None
+    ) -> None:
         self._attempt, self._progress = attempt, progress
         label = f"{attempt.scenario.config_hash()}-{attempt.seed}"
         self._watchdog = Watchdog(label)
         self._saturation = Saturation(attempt.period)
         self._fallbacks = self._limited = 0
         self._recorder = Recorder(attempt.simulation, attempt.arm, attempt.plan.direction) if record else None
+        self._frames = FrameFeed(attempt.simulation, on_frame) if on_frame else None
         self._ticks: list[float] = []
         self._next_progress = 0.0
         self._target = Target(Reference(attempt.plan.start), attempt.plan.closure)
         self._zero = np.zeros(6)
+        self._overload = ""
 
     def run(self) -> EpisodeResult:
         """Run every primitive until one fails, then judge."""
@@ -157,7 +165,7 @@ class _Loop:
         start = time.perf_counter()
         with _no_garbage_collection():
             outcomes = self._carry_out_all()
-        wall_time = time.perf_counter() - start
+        wall_time = time.perf_counter() - start - (self._frames.seconds if self._frames else 0.0)
         grasped, reason = self._judge(outcomes)
         result = EpisodeResult(
             scenario=attempt.scenario.name,
@@ -185,7 +193,7 @@ class _Loop:
         return outcomes
 
     def _stand_still(self) -> None:
-        """Hold the start pose until fingers, friction and the sensor's filter have come to rest."""
+        """Hold the start pose until fingers, friction and the sensor's filter have come to rest, then tare."""
         attempt, simulation = self._attempt, self._attempt.simulation
         self._torque = attempt.arm.update(simulation.observe().q, np.zeros(attempt.arm.nv)).h
         simulation.apply(self._torque, self._target.closure)
@@ -194,8 +202,12 @@ class _Loop:
             self._watchdog.check(simulation.data)
             observation = simulation.observe()
             state = attempt.arm.update(observation.q, observation.v)
-            self._torque = attempt.control(observation, self._target, state).command.torque
+            # Nothing touches the hand, and a reading before the tare holds the sensor's offset.
+            unloaded = Observation(observation.time, observation.q, observation.v)
+            self._torque = attempt.control(unloaded, self._target, state).command.torque
             simulation.apply(self._torque, self._target.closure)
+        self._overload = observation.saturated
+        simulation.tare()
 
     def _carry_out(self, primitive: Primitive) -> Outcome:
         attempt, simulation, arm = self._attempt, self._attempt.simulation, self._attempt.arm
@@ -214,12 +226,17 @@ class _Loop:
             last = sensed
             peak = max(peak, phase.force(sensed))
             ending = phase.ending(sensed)
+            if overload := self._overload or observation.saturated:
+                # A reading held at the sensor's range is no event, whatever it crossed on its way there.
+                ending = Ending(f"wrist sensor saturated: {overload}", failed=True)
             if ending is None and (lasting or sensed.time > TIME_LIMIT):
                 ending = Ending(lasting or f"time limit of {TIME_LIMIT:.0f} s", failed=True)
             if ending is not None:
                 if self._recorder:
                     # What ended the primitive belongs into the curves.
                     self._recorder.sample(observation, state, self._target, self._torque, self._zero, always=True)
+                if self._frames:
+                    self._frames.show(observation.time, primitive.name, always=True)
                 status = "failed" if ending.failed else "ended"
                 return Outcome(primitive.name, status, ending.trigger, begun.time, sensed.time, travel, peak)
             self._target = phase.target(sensed)
@@ -231,6 +248,8 @@ class _Loop:
             self._fallbacks += bool(output.fallback)
             if self._recorder:
                 self._recorder.sample(observation, state, self._target, self._torque, self._zero)
+            if self._frames:
+                self._frames.show(observation.time, primitive.name)
             simulation.apply(self._torque, self._target.closure)
             simulation.step()
             self._watchdog.check(simulation.data)

@@ -117,13 +117,15 @@ class Observation:
     """What a controller may see at `time` [s].
 
     `q` and `v` (nv,) are joint positions [rad] and velocities [rad/s]; `wrench` (6,) [N, N·m] is what the environment
-    does to the hand, linear part first, at the sensor frame's origin, in world axes, tool weight removed.
+    does to the hand, linear part first, at the sensor frame's origin, in world axes, tool weight removed. `saturated`
+    names a channel of the sensor that has been beyond its range, so that the wrench cannot be trusted, or is "".
     """
 
     time: float
     q: Array
     v: Array
     wrench: Array = field(default_factory=lambda: np.zeros(6))
+    saturated: str = ""
 
 
 class Command(NamedTuple):

@@ -1,4 +1,4 @@
-"""The simulated robot: four methods, which a real one could offer as well."""
+"""The simulated robot: five methods, which a real one could offer as well."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .wrist_sensor import WristSensor
 
 
 class Simulation:
-    """MuJoCo behind `reset`, `observe`, `apply` and `step`.
+    """MuJoCo behind `reset`, `observe`, `tare`, `apply` and `step`.
 
     Args:
         scene: the compiled scene.
@@ -35,7 +35,12 @@ class Simulation:
 
     def observe(self) -> Observation:
         """Read encoders and wrist sensor; call it once a control period."""
-        return Observation(self.data.time, self._q.copy(), self._v.copy(), self._sensor.read(self.data))
+        wrench = self._sensor.read(self.data)
+        return Observation(self.data.time, self._q.copy(), self._v.copy(), wrench, self._sensor.saturated)
+
+    def tare(self) -> None:
+        """Take the wrist sensor's last reading as its zero; call it while nothing touches the hand."""
+        self._sensor.tare(self.data)
 
     def apply(self, torque: Array, closure: float) -> None:
         """Set the joint torques (nv,) [N·m] and the hand's closure in [0, 1]."""

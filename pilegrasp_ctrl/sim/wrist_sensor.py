@@ -1,4 +1,4 @@
-"""The force/torque sensor at the wrist: sign, frame, tool weight, noise and low-pass."""
+"""The force/torque sensor at the wrist: range, steps, noise, offset, drift, sign, frame, tool weight and low-pass."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ import numpy as np
 
 from ..config import SensorConfig
 from ..types import Array, MassProperties
+from .sensor_calibration import CALIBRATIONS
 
 GRAVITY = 9.81
 NOISE_BLOCK = 512
+MINUTE = 60.0
 
 
 class WristSensor:
@@ -19,22 +21,53 @@ class WristSensor:
 
     MuJoCo's sensors give what the flange does to the tool. At rest that balances the environment's wrench and the
     tool's weight; the weight of the nominal tool is taken off, its inertial force is not (0.2 N at 0.5 m/s²).
+
+    The order is that of the instrument: the load about the centre of the sensor's tool side, in sensor axes, tool
+    weight included; offset, drift and noise; range and steps of the calibration; then, in software, the tool's weight,
+    the tare, the change to world axes and the low-pass. `docs/sensor.md` gives the source of every number.
+
+    Attributes:
+        saturated: names the first channel that has been at its range since the last tare, or "".
     """
 
     def __init__(
         self, model: mujoco.MjModel, tool: MassProperties, config: SensorConfig, period: float, seed: int
     ) -> None:
+        """Draw the offset and the drift of this attempt.
+
+        Args:
+            model: with the sensor's housing, site and MuJoCo sensors, as `Hand.add_to` makes them.
+            tool: the nominal mass of everything beyond the flange.
+            config: which calibration, and its faults.
+            period: of the control; `read` is called once in it [s].
+            seed: of offset, drift and noise.
+        """
         first = int(model.sensor("wrist_force").adr[0])
         self._channels = slice(first, first + 6)
         self._sum, self._count = np.zeros(6), 0
         self._site = model.site("wrist_sensor").id
+        self._calibration = CALIBRATIONS[config.calibration]
+        self._limits = tuple(self._calibration.limits()[[0, 2, 3]].tolist())
+        shift = np.eye(6)
+        housing = model.geom("sensor")
+        shift[3:, :3] = _cross(np.array([0.0, 0.0, housing.pos[2] + housing.size[1]]))
+        # The minus is the change from what the flange does to what is done to it.
+        self._to_steps = -np.linalg.inv(shift) / self._calibration.resolution[:, None]
+        self._from_steps = shift * self._calibration.resolution
         # What takes the tool's weight off, as a linear map of the world's vertical in sensor axes.
-        self._lift = GRAVITY * np.vstack((tool.mass * np.eye(3), tool.mass * _cross(tool.center_of_mass)))
-        self._sigma = np.repeat([config.force_noise, config.torque_noise], 3)
+        mass = tool.mass * (1.0 + config.tool_mass_error)
+        self._lift = GRAVITY * mass * np.vstack((np.eye(3), _cross(tool.center_of_mass)))
+        self._sigma = np.repeat(np.array([config.force_noise, config.torque_noise], dtype=float), 3)
         self._rng = np.random.default_rng([seed, 0x5E])
+        # A stream of its own: another kind of fault would not change the noise of a seed.
+        faults = np.random.default_rng([seed, 0xB1]).uniform(-1.0, 1.0, (2, 6)) * self._calibration.range
+        self._offset, self._rate = config.bias * faults[0], config.drift * faults[1] / MINUTE
+        self._period, self._time = period, 0.0
         self._blend = 1.0 - math.exp(-2.0 * math.pi * config.cutoff * period)
+        self._zero = np.zeros(6)
         self._filtered: Array | None = None
         self._block, self._used = np.zeros((0, 6)), 0
+        self.saturated = ""
 
     def sample(self, data: mujoco.MjData) -> None:
         """Take one sample; call it after every physics step."""
@@ -42,29 +75,66 @@ class WristSensor:
         self._count += 1
 
     def read(self, data: mujoco.MjData) -> Array:
-        """Average the samples since the last call, compensate and filter; call it once a control period.
+        """Average the samples since the last call, measure, compensate and filter; call it once a control period.
 
-        The average is what keeps a contact that chatters from step to step from being read at its crests only.
+        The average is what keeps a contact that chatters from step to step from being read at its crests only. A
+        channel at its range stays there, and `saturated` says so until the next tare.
 
         Returns:
             The wrench (6,) [N, N·m].
         """
         if self._count == 0:
             self.sample(data)
-        local = self._sum / -self._count
+        steps = self._to_steps.dot(self._sum / self._count)
         self._sum.fill(0.0)
         self._count = 0
+        steps += self._faults()
+        np.rint(steps, steps)
+        lateral, axial, moment = self._limits
+        # Plain floats: numpy would take several times as long for six numbers.
+        a, b, c, d, e, f = steps.tolist()
+        if not (
+            -lateral < a < lateral
+            and -lateral < b < lateral
+            and -axial < c < axial
+            and -moment < d < moment
+            and -moment < e < moment
+            and -moment < f < moment
+        ):
+            self._saturate(steps)
+        local = self._from_steps.dot(steps)
         rotation = data.site_xmat[self._site].reshape(3, 3)
         local += self._lift.dot(rotation[2])
+        local -= self._zero
         wrench = local.reshape(2, 3).dot(rotation.T).reshape(6)
-        wrench += self._noise()
         self._filtered = wrench if self._filtered is None else self._filtered + self._blend * (wrench - self._filtered)
         return self._filtered
 
-    def _noise(self) -> Array:
-        """Return the next sample of noise; drawn in blocks, which a generator does much faster."""
+    def tare(self, data: mujoco.MjData) -> None:
+        """Make the present reading the zero; call it at rest, when nothing touches the hand.
+
+        The zero is kept in sensor axes, where the offset is constant, so that the hand may turn afterwards. What the
+        low-pass holds is the zero, not one noisy sample.
+        """
+        held = self.read(data) if self._filtered is None else self._filtered
+        rotation = data.site_xmat[self._site].reshape(3, 3)
+        self._zero += held.reshape(2, 3).dot(rotation).reshape(6)
+        self._filtered = np.zeros(6)
+        self.saturated = ""
+
+    def _saturate(self, steps: Array) -> None:
+        """Hold the channels at their ranges, in place, and say which; a value that is not finite is not one of them."""
+        self.saturated = self.saturated or self._calibration.beyond(steps)
+        limits = self._calibration.limits()
+        np.clip(steps, -limits, limits, out=steps)
+
+    def _faults(self) -> Array:
+        """Return offset, drift and noise of the next reading, in steps; in blocks, which is much faster."""
         if self._used == len(self._block):
-            self._block, self._used = self._sigma * self._rng.standard_normal((NOISE_BLOCK, 6)), 0
+            times = self._time + self._period * np.arange(NOISE_BLOCK)
+            noise = self._sigma * self._rng.standard_normal((NOISE_BLOCK, 6))
+            self._block = (noise + self._offset + times[:, None] * self._rate) / self._calibration.resolution
+            self._time, self._used = self._time + NOISE_BLOCK * self._period, 0
         self._used += 1
         return self._block[self._used - 1]
 
