@@ -31,6 +31,8 @@ def _row(key: str, field: dict[str, Any]) -> str:
 
 
 def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
     return f'"{value}"' if isinstance(value, str) else str(value).replace("'", '"')
 
 
@@ -40,6 +42,8 @@ def _allowed(kind: dict[str, Any]) -> str:
     if kind["type"] == "array":
         entry = _allowed(kind.get("prefixItems", [kind.get("items")])[0])
         return f"{kind['maxItems']} {entry.replace('number', 'numbers')}" if "maxItems" in kind else f"list of {entry}s"
+    if kind["type"] == "boolean":
+        return "`true`, `false`"
     if kind["type"] == "string":
         return "text"
     signs = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}

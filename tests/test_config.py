@@ -166,7 +166,7 @@ def test_every_key_takes_its_own_default_from_python_and_from_toml(key, tmp_path
     value = value_of(Scenario(), key)
     assert build_scenario({}, {key: value}) == Scenario()
     if value is not None:
-        text = f"{key} = {list(value) if isinstance(value, tuple) else value}"
+        text = f"{key} = {list(value) if isinstance(value, tuple) else value}".replace("False", "false")
         text = f'{key} = "{value}"' if isinstance(value, str) else text
         assert build_scenario({}, parse_overrides([text.replace(" = ", "=")])) == Scenario()
         assert load_scenario(write(tmp_path, text), {"name": "unnamed"}) == Scenario()

@@ -16,7 +16,7 @@ ENGINES = {"pinocchio", "mujoco", "mink", "meshcat", "optuna", "matplotlib", "se
 
 # layer: (its modules, the layers it may import beside its own, the engines it may import)
 LAYERS = {
-    "base": ({"types", "exceptions", "config", "output_file", "scenarios"}, set(), set()),
+    "base": ({"types", "exceptions", "config", "config_sections", "output_file", "scenarios"}, set(), set()),
     "robots": ({"robots"}, {"base"}, set()),
     "control": (
         {"arm_model", "arm_state", "tasks", "limits", "control", "trajectories", "primitives"},

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pilegrasp_ctrl.config import LineConfig, StrategyConfig
+from pilegrasp_ctrl.config_sections import LineConfig, StrategyConfig
 from pilegrasp_ctrl.primitives.approach import Approach
 from pilegrasp_ctrl.primitives.grasp import Grasp
 from pilegrasp_ctrl.primitives.lift import Lift

@@ -8,7 +8,7 @@ import qpsolvers
 from arms import load
 from scipy.optimize import nnls
 
-from pilegrasp_ctrl.config import ControllerConfig
+from pilegrasp_ctrl.config_sections import ControllerConfig
 from pilegrasp_ctrl.control import qp
 from pilegrasp_ctrl.control.least_distance import LeastDistance
 from pilegrasp_ctrl.control.operational_space import OperationalSpaceController

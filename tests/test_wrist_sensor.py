@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from pilegrasp_ctrl.config import SensorConfig
+from pilegrasp_ctrl.config_sections import SensorConfig
 from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.wrist_sensor import GRAVITY, WristSensor
 

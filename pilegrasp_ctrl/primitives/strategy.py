@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..config import LineConfig, StrategyConfig
+from ..config_sections import LineConfig, StrategyConfig
 from ..types import Array, Pose
 from .approach import Approach
 from .grasp import Grasp

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..config import PileConfig, SupportConfig
+from ..config_sections import PileConfig, SupportConfig
 from ..exceptions import PileError
 from ..types import Array, Pose
 

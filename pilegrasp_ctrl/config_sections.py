@@ -1,0 +1,135 @@
+"""The sections of a scenario: each key with its default, its range and what it means."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic_core import PydanticCustomError
+
+Text = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]*$")]
+Name = Annotated[Text, Field(min_length=1)]
+Slope = Annotated[float, Field(ge=0.0, le=90.0)]
+Mass = Annotated[float, Field(ge=1e-3, le=5.0)]
+FrameSize = Annotated[float, Field(gt=0.0, le=0.6)]
+Share = Annotated[float, Field(ge=0.0, le=0.5)]
+Noise = Annotated[float, Field(ge=0.0, le=10.0)] | None
+Calibration = Literal["SI-32-2.5", "SI-65-5", "SI-130-10"]
+Coordinate = Annotated[float, Field(ge=-2.0, le=2.0)]
+Vector = tuple[Coordinate, Coordinate, Coordinate]
+
+
+class Section(BaseModel):
+    """Frozen; an unknown key is an error, and so is a number that is not finite."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False)
+
+    def changed(self) -> list[str]:
+        """Return the names of the fields that differ from their defaults."""
+        return [name for name, field in type(self).model_fields.items() if getattr(self, name) != field.default]
+
+
+class SupportConfig(Section):
+    """What stands beside the pile."""
+
+    kind: Literal["none", "wall", "corner"] = Field(default="wall", description="what stands behind the pile")
+    tilt_deg: float = Field(
+        default=0.0,
+        ge=0.0,
+        le=15.0,
+        description="slope of the floor toward the support; refused unless 0, as it is not simulated yet [deg]",
+    )
+
+    @field_validator("tilt_deg")
+    @classmethod
+    def _not_simulated(cls, value: float) -> float:
+        # Taking it without a word would give the level floor's result under another name.
+        if value != 0.0:
+            raise PydanticCustomError("tilt", "a sloped floor is not simulated yet; leave it at 0")
+        return value
+
+
+class PileConfig(Section):
+    """The objects and the frame they are dropped into."""
+
+    object: Text = Field(default="light_sphere", description="kind of object: a name, or a TOML file of one's own")
+    variant: Literal["real", "sim", "literal"] = Field(
+        default="real", description="size: the real or the simulated one of Table I, or its r taken literally as radius"
+    )
+    count: int = Field(default=18, ge=0, le=200, description="number of objects, each one of a net counted")
+    mass: Mass | None = Field(default=None, description="mass of one object; the kind's own where absent [kg]")
+    scale: float = Field(default=1.0, ge=0.25, le=4.0, description="factor on the object's lengths")
+    frame_size: FrameSize | None = Field(
+        default=None, description="inner side of the frame; by the count where absent [m]"
+    )
+
+
+class StrategyConfig(Section):
+    """The pile-based strategy: angles as in the paper's Fig. 3, speed and thresholds."""
+
+    kind: Literal["pile"] = Field(default="pile", description="whether the push heeds the pile alone")
+    alpha_deg: float = Field(default=0.0, ge=-90.0, le=90.0, description="orientation of the hand to the pile [deg]")
+    beta_deg: float = Field(default=0.0, ge=-60.0, le=60.0, description="offset of the fingers from the motion [deg]")
+    theta_deg: Slope | None = Field(default=None, description="slope of the fingers; the hand's own where absent [deg]")
+    speed: float = Field(default=0.1, ge=0.01, le=0.7, description="speed of the push, |v_hand| [m/s]")
+    grasp_force: float = Field(
+        default=17.0, ge=0.5, le=200.0, description="force along the push that ends it, F_grasp [N]"
+    )
+    touch_force: float = Field(default=1.8, ge=0.5, le=20.0, description="vertical force that ends the approach [N]")
+    approach_speed: float = Field(default=0.15, ge=0.02, le=0.5, description="speed in free space [m/s]")
+    touch_speed: float = Field(default=0.05, ge=0.005, le=0.2, description="speed of lowering onto the table [m/s]")
+    lift_height: float = Field(default=0.2, ge=0.05, le=0.4, description="height of the lift after the grasp [m]")
+    clearance: float = Field(default=0.05, ge=0.0, le=0.2, description="fingertips to the pile's edge at first [m]")
+
+
+class LineConfig(Section):
+    """A straight line in free space, for `program = "line"`."""
+
+    start: Vector = Field(default=(0.55, -0.15, 0.25), description="first position of the tool in the scene [m]")
+    displacement: Vector = Field(default=(0.0, 0.3, 0.0), description="from the first to the last position [m]")
+    speed: float = Field(default=0.1, ge=0.005, le=1.0, description="speed along the line [m/s]")
+
+
+class ControllerConfig(Section):
+    """Which controller, its gains and its rate."""
+
+    kind: Literal["operational_space", "impedance"] | None = Field(
+        default=None, description="which controller; the hand's own where absent"
+    )
+    gains: Name | None = Field(default=None, description="TOML file of gains; the shipped ones where absent")
+    solver: Literal["daqp", "osqp", "proxqp", "quadprog"] = Field(
+        default="daqp", description="solver of the quadratic program"
+    )
+    rate: float = Field(default=500.0, ge=100.0, le=2000.0, description="control ticks per second [Hz]")
+    compiled: bool = Field(
+        default=False, description="whether operational-space control runs compiled; needs numba, other last digits"
+    )
+
+
+class SensorConfig(Section):
+    """The wrist force/torque sensor; `docs/sensor.md` says where each number comes from."""
+
+    cutoff: float = Field(default=8.0, ge=0.1, le=1000.0, description="corner of the first-order low-pass [Hz]")
+    force_noise: Noise = Field(default=None, description="standard deviation; range of Fx / 1300 where absent [N]")
+    torque_noise: Noise = Field(default=None, description="standard deviation; range / 2500 where absent [N·m]")
+    calibration: Calibration = Field(default="SI-65-5", description="of the ATI Gamma, which sets range and resolution")
+    bias: Share = Field(default=0.01, description="largest constant offset, as a share of the range")
+    drift: Share = Field(default=0.001, description="largest drift in a minute, as a share of the range [1/min]")
+    tool_mass_error: float = Field(default=0.0, ge=-0.5, le=0.5, description="error of the tool's mass, as a share")
+
+    @model_validator(mode="after")
+    def _noise_of_the_calibration(self) -> SensorConfig:
+        """Fill in the noise, so that hash and recording hold what is simulated; the name states Fx's and T's range."""
+        force, torque = map(float, self.calibration.split("-")[1:])
+        noise = {"force_noise": force / 1300.0, "torque_noise": torque / 2500.0}
+        self.__dict__.update({key: value for key, value in noise.items() if getattr(self, key) is None})
+        return self
+
+
+class SimulationConfig(Section):
+    """Numerics of the simulation."""
+
+    timestep: float = Field(default=0.001, ge=1e-4, le=2e-3, description="step of the physics [s]")
+    contact_rule: Literal["paper", "product", "maximum"] = Field(
+        default="paper", description="how the restitutions of two bodies combine"
+    )
