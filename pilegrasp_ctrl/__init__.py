@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from .arm_model import ArmModel as ArmModel
     from .config import Scenario as Scenario
     from .config import load_scenario as load_scenario
+    from .control.disturbance_observer import DisturbanceObserver as DisturbanceObserver
     from .control.gains import Impedance as Impedance
     from .control.gains import MotionGains as MotionGains
     from .control.impedance import ImpedanceController as ImpedanceController
@@ -45,6 +46,7 @@ _MODULES = {
     "ArmModel": "arm_model",
     "ArmSimulation": "experiments.arm_simulation",
     "ConfigurationError": "exceptions",
+    "DisturbanceObserver": "control.disturbance_observer",
     "EpisodeResult": "episode",
     "ExportError": "exceptions",
     "FrequencyResponse": "experiments.frequency_response",

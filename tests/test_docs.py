@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from line_links import line_links
 
 from pilegrasp_ctrl.cli import app
 from pilegrasp_ctrl.config import build_scenario
@@ -77,6 +78,12 @@ def test_links_lead_somewhere(page):
     for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
         if not target.startswith(("http://", "https://", "#")):
             assert (page.parent / target.partition("#")[0]).exists(), target
+
+
+@pytest.mark.parametrize("page", named(page for page in PAGES if line_links(page)))
+def test_links_to_a_line_lead_to_the_code_that_they_name(page):
+    for link in line_links(page):
+        assert link.found() == [link.line], f"{link.text!r}; `python tests/line_links.py` writes the numbers anew"
 
 
 def test_the_index_lists_every_page():

@@ -29,6 +29,29 @@ def test_the_pose_error_is_what_moves_the_tool_onto_its_reference(arm):
     np.testing.assert_allclose(pose_error(state, reference), np.concatenate((shift, turn)), atol=1e-12)
 
 
+@pytest.mark.parametrize("angle", [179.0, 179.999, 180.0, 180.001, 181.0])
+@pytest.mark.parametrize("axis", [[0, 0, 1], [1, 0, 0], [-1, 2, 2], [0, -1, 1]])
+def test_the_turn_is_the_shortest_one_and_changes_its_sense_beyond_half_a_turn(angle, axis):
+    state, axis = at_home(load("panda")), np.array(axis) / np.linalg.norm(axis)
+    reference = Reference(Pose(state.translation, pin.exp3(np.radians(angle) * axis) @ state.rotation))
+    turn = pose_error(state, reference)[3:]
+    assert np.linalg.norm(turn) == pytest.approx(np.radians(min(angle, 360.0 - angle)), abs=1e-9)
+    np.testing.assert_allclose(pin.exp3(turn) @ state.rotation, reference.pose.rotation, atol=1e-9)
+    if angle != 180.0:
+        assert turn @ axis > 0.0 if angle < 180.0 else turn @ axis < 0.0
+
+
+def test_a_rotation_that_is_not_quite_one_still_gives_a_turn():
+    """A pose may be off by 1e-6, as after many products; half a turn is where a logarithm is most sensitive."""
+    state, rng = at_home(load("panda")), np.random.default_rng(0)
+    for angle in (0.0, 1e-8, np.pi - 1e-8, np.pi):
+        for _ in range(20):
+            axis = rng.normal(size=3)
+            rotation = pin.exp3(angle * axis / np.linalg.norm(axis)) @ state.rotation + rng.uniform(-2e-7, 2e-7, (3, 3))
+            turn = pose_error(state, Reference(Pose(state.translation, rotation)))[3:]
+            assert np.linalg.norm(turn) == pytest.approx(angle, abs=1e-5)
+
+
 def test_rows_are_the_weighted_difference_from_the_wanted_acceleration(arm):
     q, v = next(random_states(arm, 1))
     state = arm.update(q, v)
@@ -50,6 +73,32 @@ def test_the_motion_law_feeds_acceleration_and_velocity_forward(arm):
     moved = Reference(state.pose.moved([0.01, 0.0, 0.0]), state.twist + np.eye(6)[3], acceleration)
     extra = task.acceleration(state, moved, pose_error(state, moved)) - acceleration
     np.testing.assert_allclose(extra, [100.0 * 0.01, 0, 0, 2 * 0.5 * 20.0, 0, 0], atol=1e-9)
+
+
+def test_a_large_error_asks_for_a_speed_rather_than_for_an_acceleration(arm):
+    state = at_home(arm)
+    task = FrameMotionTask(MotionGains([100.0, 100.0, 400.0, 900.0, 900.0, 900.0], damping_ratio=0.5))
+    damping, rates = task.gains.damping, task.gains.stiffness / task.gains.damping
+    near = np.array([0.02, -0.03, 0.01, 0.02, 0.01, -0.02])
+    still = Reference(state.pose)
+    np.testing.assert_allclose(task.acceleration(state, still, near), task.gains.stiffness * near, atol=1e-12)
+    for size in (3.0, 30.0):
+        far = np.concatenate((size * near[:3] / np.linalg.norm(near[:3]), near[3:]))
+        speed = task.acceleration(state, still, far) / damping
+        assert np.linalg.norm(speed[:3]) == pytest.approx(1.0)
+        np.testing.assert_allclose(np.cross(speed[:3], rates[:3] * far[:3]), 0.0, atol=1e-9)
+        np.testing.assert_allclose(speed[3:], rates[3:] * near[3:], atol=1e-12)
+        far = np.concatenate((near[:3], size * near[3:] / np.linalg.norm(near[3:])))
+        speed = task.acceleration(state, still, far) / damping
+        np.testing.assert_allclose(speed[:3], rates[:3] * near[:3], atol=1e-12)
+        assert np.linalg.norm(speed[3:]) == pytest.approx(3.0)
+
+
+def test_the_error_of_a_free_axis_does_not_slow_the_others(arm):
+    state, gains = at_home(arm), MotionGains(400.0)
+    task = FrameMotionTask(gains, mask=[1, 1, 0, 1, 1, 1])
+    wanted = task.acceleration(state, Reference(state.pose), np.array([0.02, -0.01, 5.0, 0.01, 0.0, 0.0]))
+    np.testing.assert_allclose(wanted[:2], [400.0 * 0.02, -400.0 * 0.01], atol=1e-9)
 
 
 def test_the_posture_rows_are_a_damped_spring_and_can_be_retargeted():

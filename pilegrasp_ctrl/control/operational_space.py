@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm_model import ArmModel
 from ..arm_state import ArmState
+from ..exceptions import ConfigurationError
 from ..tasks.frame_motion_task import FrameMotionTask
 from ..tasks.frame_task import pose_error
 from ..tasks.posture_task import PostureTask
 from ..types import Array, ControllerOutput, Observation, Reference
+from .compiled_motion import CompiledMotion
 from .friction import FrictionCompensation
 from .gains import MotionGains
 from .inverse_dynamics import LIMITS, InverseDynamics
@@ -41,6 +44,7 @@ class OperationalSpaceController:
         friction: FrictionCompensation | bool = True,
         solver: str = "daqp",
         rate: float = 500.0,
+        compiled: bool = False,
     ) -> None:
         """Set up the controller.
 
@@ -53,8 +57,9 @@ class OperationalSpaceController:
             mask: (6,) of truth values; a false axis is left free.
             limits: which of "torque", "velocity" and "position" to enforce.
             friction: whether, or how, to feed the arm's joint friction forward.
-            solver: "daqp" or "osqp".
+            solver: "daqp", "osqp", "proxqp" or "quadprog".
             rate: how often `step` is called [Hz]; velocity and position limits look ahead by two periods.
+            compiled: whether to run the usual period compiled, which needs numba; see `CompiledMotion`.
 
         Raises:
             TypeError: where the gains are not `MotionGains`.
@@ -68,6 +73,7 @@ class OperationalSpaceController:
             self._friction = FrictionCompensation(arm) if friction else None
         else:
             self._friction = friction
+        self._compiled = CompiledMotion(self._dynamics, self._task, self._friction) if compiled else None
 
     def step(
         self,
@@ -75,6 +81,7 @@ class OperationalSpaceController:
         reference: Reference,
         posture: Array | None = None,
         state: ArmState | None = None,
+        disturbance: Array | None = None,
     ) -> ControllerOutput:
         """Return the torques for one control period.
 
@@ -83,14 +90,25 @@ class OperationalSpaceController:
             reference: where the tool should be.
             posture: (nv,) in place of the preferred posture, for this period [rad].
             state: `arm.update(observation.q, observation.v)` where the caller has it already.
+            disturbance: (nv,) torque of the environment on the joints to cancel within the torque limits [N·m], as
+                `DisturbanceObserver` estimates it; never in contact, where it would fight what is touched.
 
         Raises:
             ModelError: where the observation has a wrong shape or holds a value that is not finite.
-            ConfigurationError: where the posture has or does.
+            ConfigurationError: where the posture or the disturbance has or does.
         """
         state = self.arm.update(observation.q, observation.v) if state is None else state
+        if self._compiled is not None and posture is None and disturbance is None:
+            output = self._compiled.step(state, reference)
+            if output is not None:
+                return output
         error = pose_error(state, reference)
         dynamics = self._dynamics
         dynamics.assemble(state, self._task.acceleration(state, reference, error), posture)
         feedforward = None if self._friction is None else self._friction.torque(dynamics, reference, error)
-        return dynamics.solve(state, feedforward)
+        cancelled = None
+        if disturbance is not None:
+            if np.shape(disturbance) != state.q.shape or not np.isfinite(disturbance).all():
+                raise ConfigurationError(f"the disturbance must be {self.arm.nv} finite numbers; it is {disturbance}")
+            cancelled = np.negative(disturbance)
+        return dynamics.solve(state, feedforward, cancelled)

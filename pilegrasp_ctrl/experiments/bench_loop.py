@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter, thread_time
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -159,16 +159,21 @@ def time_loop(
     return LoopTiming(scenario, period, tuple(chunks), tuple(push))
 
 
-def loop_rows(timing: LoopTiming) -> tuple[LoopRow, ...]:
-    """Return the statistics of the push, where the attempts have one, and of whole attempts."""
-    phases: dict[Literal["push", "attempt"], list[int]] = {
+def loop_rows(timing: LoopTiming, suffix: str = "") -> tuple[LoopRow, ...]:
+    """Return the statistics of the push, where the attempts have one, and of whole attempts.
+
+    Args:
+        timing: of the attempts.
+        suffix: to the names of both.
+    """
+    phases = {
         "push": [index for index, inside in enumerate(timing.push) if inside],
         "attempt": list(range(len(timing.chunks))),
     }
-    return tuple(_loop_row(phase, timing, indices) for phase, indices in phases.items() if indices)
+    return tuple(_loop_row(phase + suffix, timing, indices) for phase, indices in phases.items() if indices)
 
 
-def _loop_row(phase: Literal["push", "attempt"], timing: LoopTiming, indices: list[int]) -> LoopRow:
+def _loop_row(phase: str, timing: LoopTiming, indices: list[int]) -> LoopRow:
     chunks = [timing.chunks[index] for index in indices]
     seconds = np.array([(chunk.loop, chunk.bare, CHUNK * chunk.control) for chunk in chunks])
     low, ratio, high = np.percentile(seconds[:, 0] / seconds[:, 1], [10.0, 50.0, 90.0]).tolist()

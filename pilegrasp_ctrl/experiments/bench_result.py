@@ -63,7 +63,7 @@ class LoopRow(_Part):
     """Closed loop against bare physics, per control period, by processor time.
 
     Attributes:
-        phase: "push" or "attempt".
+        phase: "push" or "attempt", with ", compiled" where the controller was.
         chunks: number of comparisons.
         ratio: loop over bare, the median over the chunks.
         ratio_p10: 10th percentile.
@@ -75,7 +75,7 @@ class LoopRow(_Part):
         realtime_factor: simulated time over processor time of the loop.
     """
 
-    phase: Literal["push", "attempt"]
+    phase: str
     chunks: int
     ratio: float
     ratio_p10: float

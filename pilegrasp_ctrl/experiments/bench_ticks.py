@@ -6,7 +6,7 @@ import sys
 import tracemalloc
 from collections.abc import Callable, Sequence
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -51,10 +51,12 @@ class Allocation(NamedTuple):
     ticks: int
 
 
-def operational_space(line: RecordedLine, solver: str = "daqp") -> Callable[[int], ControllerOutput]:
+def operational_space(
+    line: RecordedLine, solver: str = "daqp", compiled: bool = False
+) -> Callable[[int], ControllerOutput]:
     """Return the tick of `OperationalSpaceController` with every limit and friction feed-forward."""
-    controller = OperationalSpaceController(line.arm, posture=line.source.posture, solver=solver, rate=RATE)
-    return _tick(line, controller)
+    chosen: dict[str, Any] = {"solver": solver, "rate": RATE, "compiled": compiled}
+    return _tick(line, OperationalSpaceController(line.arm, posture=line.source.posture, **chosen))
 
 
 def impedance(line: RecordedLine) -> Callable[[int], ControllerOutput]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from .peers import PEERS
 Progress = Callable[[float, str], None]
 
 YARDSTICK = "yardstick"
+COMPILED = "operational space, compiled"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +69,7 @@ def run_benchmark(size: Size = FULL, progress: Progress = lambda fraction, what:
     """
     settings = settings_of(size.scenario, size.seeds, size.quick)
     arms = [arm for arm in ARMS if arm.name in size.arms]
-    parts = _Parts(progress, len(arms) * (size.blocks + 10) + 25 * len(size.seeds) + 10 * (1 + size.import_rounds))
+    parts = _Parts(progress, len(arms) * (size.blocks + 10) + 50 * len(size.seeds) + 10 * (1 + size.import_rounds))
     rows: list[Row] = []
     memory: list[Memory] = []
     for arm in arms:
@@ -75,19 +77,22 @@ def run_benchmark(size: Size = FULL, progress: Progress = lambda fraction, what:
         rows += arm_rows
         memory += arm_memory
     parts.say("closed loop")
-    timing = time_loop(size.scenario, size.seeds, size.overrides, lambda: parts.done(25))
+    timings = {"": time_loop(size.scenario, size.seeds, size.overrides, lambda: parts.done(25))}
+    if _can_compile():
+        overrides = {**size.overrides, "controller.compiled": True}
+        timings[", compiled"] = time_loop(size.scenario, size.seeds, overrides, lambda: parts.done(25))
     parts.say("imports")
     if size.import_rounds:
         imports = time_imports(size.import_rounds, lambda: parts.done(10))
         rows += _ratios((timed_row(key, "import", value) for key, value in imports.items()), "import numpy")
-    loop = loop_rows(timing)
+    loop = tuple(row for suffix, timing in timings.items() for row in loop_rows(timing, suffix))
     return BenchResult(
         settings=settings,
         versions=versions(),
         rows=tuple(rows),
         memory=tuple(memory),
         loop=loop,
-        replay_exact=all(chunk.same for chunk in timing.chunks),
+        replay_exact=all(chunk.same for timing in timings.values() for chunk in timing.chunks),
         targets=judge(rows, loop),
     )
 
@@ -122,6 +127,8 @@ def _ticks(source: BenchArm, size: Size, parts: _Parts) -> tuple[list[Row], list
         "operational space, osqp": (operational_space(line, "osqp"), "the same with the other solver"),
         "impedance": (impedance(line), "state to torque, every limit, friction feed-forward"),
     }
+    if _can_compile():
+        own[COMPILED] = operational_space(line, compiled=True), "the same in numba between Pinocchio and daqp"
     peers = {f"{name} {peer.key}": (peer.tick(line), peer.does) for peer in PEERS}
     works = [Work(f"{name} {key}", call) for key, (call, _) in own.items()]
     works += [tick.work(f"{name} stages {solver}") for solver, tick in staged.items()]
@@ -150,6 +157,10 @@ def _ticks(source: BenchArm, size: Size, parts: _Parts) -> tuple[list[Row], list
         )
     rows = _ratios(ticks, f"{name} {YARDSTICK}", f"{name} operational space")
     return rows + _stage_rows(name, staged, ticks[0]), memory
+
+
+def _can_compile() -> bool:
+    return find_spec("numba") is not None
 
 
 def _stage_rows(name: str, staged: Mapping[str, StagedTick], yardstick: Row) -> list[Row]:

@@ -52,7 +52,9 @@ def pose_error(state: ArmState, reference: Reference) -> Array:
     """Return (6,) how far the tool is from its reference [m, rad], world axes.
 
     The orientation's part is the rotation vector of R_ref Rᵀ, whose derivative is the difference of the angular
-    velocities to first order in the error.
+    velocities to first order in the error. It is the shortest turn, at most half a turn long. A reference that is half
+    a turn ahead may be reached in either sense, and one is taken; where it gets ahead by more, the vector changes its
+    sense at once. The tool itself is never brought there: a controller turns away from that border on either side.
     """
     error = np.empty(6)
     pose = reference.pose

@@ -15,8 +15,9 @@ class PostureTask:
     """Rows sqrt(weight) (a - stiffness (q* - q) + damping v).
 
     The weight is small against the tool's: it decides where the tool leaves a choice, and it bounds the joint
-    accelerations near singular postures as damped least squares do. Its rows are affine in the state, so that a
-    controller evaluates them in one product with the limits' bounds.
+    accelerations near singular postures as damped least squares do, for small wishes; `SingularDirections` is for the
+    large ones. Its rows are affine in the state, so that a controller evaluates them in one product with the limits'
+    bounds.
 
     Attributes:
         target: (nv,) the preferred joint positions q* [rad]; None only damps.
