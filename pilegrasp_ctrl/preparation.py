@@ -13,6 +13,7 @@ from .config import Scenario
 from .control.gains import Impedance, MotionGains, load_gains
 from .control.hybrid_impedance import HybridImpedanceController
 from .control.operational_space import OperationalSpaceController
+from .control.tool_axes import move_wrench
 from .exceptions import ConfigurationError, UnreachablePoseError
 from .primitives.primitive import Target
 from .primitives.strategy import Plan, Tool, line_plan, pile_extent, pile_strategy
@@ -20,7 +21,7 @@ from .robots import names, path
 from .sim.backend import Simulation
 from .sim.hand import Hand
 from .sim.layout import REACH, Layout, make_layout
-from .sim.objects import object_kind
+from .sim.objects import kind_of
 from .sim.pile import settle_pile
 from .sim.scene import build_scene
 from .sim.start_posture import StartPosture
@@ -65,7 +66,7 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
         raise ConfigurationError(f"robot = {scenario.robot!r} is not known; choose from {', '.join(names())}")
     steps = _steps(scenario)
     hand = Hand.load(scenario.hand)
-    kind = object_kind(scenario.pile.object, scenario.pile.mass, scenario.pile.scale)
+    kind = kind_of(scenario.pile)
     layout = make_layout(scenario.support, scenario.pile, kind.diameter)
     control = _controller_factory(scenario, hand)
     object_poses = settle_pile(
@@ -150,14 +151,42 @@ def _controller_factory(scenario: Scenario, hand: Hand) -> Callable[[ArmModel, A
             f"{wanted.__name__}; change controller.kind or the table's name"
         )
     solver, rate = scenario.controller.solver, scenario.controller.rate
+    compiled = scenario.controller.compiled
+    if compiled and kind != "operational_space":
+        raise ConfigurationError(f"controller.compiled is for operational_space, and controller.kind is {kind!r}")
+    free = _free_gains(scenario, hand, gains) if isinstance(gains, Impedance) else None
+    lever = hand.transform_tool_to_flange.inverse().translation
+    lag = 0.5 / (np.pi * scenario.sensor.cutoff) + 1.0 / rate
 
     def bind(arm: ArmModel, posture: Array) -> Control:
         if isinstance(gains, MotionGains):
-            motion = OperationalSpaceController(arm, gains, posture, solver=solver, rate=rate)
+            motion = OperationalSpaceController(arm, gains, posture, solver=solver, rate=rate, compiled=compiled)
             return lambda observation, target, state: motion.step(observation, target.reference, state=state)
-        yielding = HybridImpedanceController.create(arm, gains, posture, solver, rate)
-        return lambda observation, target, state: yielding.step(
-            observation, target.reference, state, target.desired_force
-        )
+        yielding = HybridImpedanceController.create(arm, gains, posture, solver, rate, free=free, wrench_lag=lag)
+
+        def step(observation: Observation, target: Target, state: ArmState) -> ControllerOutput:
+            if gains.inertia is not None:
+                # The sensor reads at the flange.
+                wrench = move_wrench(observation.wrench, state.rotation.dot(lever))
+                observation = Observation(observation.time, observation.q, observation.v, wrench)
+            return yielding.step(observation, target.reference, state, target.desired_force)
+
+        return step
 
     return bind
+
+
+def _free_gains(scenario: Scenario, hand: Hand, gains: Impedance) -> Impedance | None:
+    """Return the arm's own gains where those of the scenario are for the time in which the hand presses."""
+    if not gains.desired_force.any():
+        return None
+    if scenario.program == "line" or hand.parameters["use"]["normal_force"] == 0.0:
+        raise ConfigurationError(
+            f"{scenario.controller.gains}: desired_force has no effect, because hand = '{scenario.hand}' with "
+            f"program = '{scenario.program}' never asks for a force; leave it out"
+        )
+    file = path(scenario.robot, "impedance.toml")
+    own = load_gains(file)
+    if not isinstance(own, Impedance):
+        raise ConfigurationError(f"{file}: holds {type(own).__name__}, but an [impedance] is needed to move the arm")
+    return own

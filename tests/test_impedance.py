@@ -102,12 +102,12 @@ def test_with_a_shaped_inertia_steady_contact_gives_the_force_of_the_spring_too(
 PUSH = np.array([6.0, -4.0, 5.0, 0.3, 0.2, -0.4])
 
 
-def response(arm, controller, seen):
-    """The tool's acceleration under PUSH while the controller sees `seen` and the reference is where the tool is."""
+def response(arm, controller, seen, push=PUSH):
+    """The tool's acceleration under a push while the controller sees `seen` and the reference is where the tool is."""
     state = at_home(arm)
     output = controller.step(Observation(0.0, state.q, state.v, seen), Reference(state.pose))
     assert output.active_limits == ()
-    return state.J @ np.linalg.solve(state.M, output.command.torque - state.h + state.J.T @ PUSH)
+    return state.J @ np.linalg.solve(state.M, output.command.torque - state.h + state.J.T @ push)
 
 
 WEAK = PostureTask(weight=1e-9)
@@ -127,19 +127,14 @@ def test_with_a_shaped_inertia_a_push_meets_that(arm):
     np.testing.assert_allclose(response(arm, controller, PUSH), PUSH / inertia, atol=1e-4)
 
 
-def test_a_wrench_inside_the_dead_band_is_not_there_and_none_jumps_out_of_it(arm):
-    inertia = [20.0, 20.0, 5.0, 0.3, 0.3, 0.3]
-    banded = ImpedanceController(arm, Impedance(SPRINGS.stiffness, inertia=inertia, dead_band=(2.5, 0.5)), WEAK)
-    plain = ImpedanceController(arm, Impedance(SPRINGS.stiffness, inertia=inertia), WEAK)
-
-    def torque(controller, force, moment):
-        state = at_home(arm)
-        seen = np.array([force, 0.0, 0.0, 0.0, moment, 0.0])
-        return controller.step(Observation(0.0, state.q, state.v, seen), Reference(state.pose)).command.torque
-
-    np.testing.assert_allclose(torque(banded, 2.4, -0.4), torque(plain, 0.0, 0.0), atol=1e-9)
-    np.testing.assert_allclose(torque(banded, 2.5 + 4.0, 0.5 + 0.2), torque(plain, 4.0, 0.2), atol=1e-9)
-    np.testing.assert_allclose(torque(banded, 2.5 + 1e-9, 0.0), torque(banded, 2.5, 0.0), atol=1e-6)
+@pytest.mark.parametrize("share", [0.5, 0.999, 1.001, 3.0])
+def test_a_push_within_the_dead_band_does_not_move_the_tool_and_a_larger_one_by_the_rest(arm, share):
+    """The rest of the push is cancelled too: left over, it would move the arm as light as it is."""
+    inertia = np.array([20.0, 20.0, 5.0, 0.3, 0.3, 0.3])
+    controller = ImpedanceController(arm, Impedance(SPRINGS.stiffness, inertia=inertia, dead_band=(2.5, 0.5)), WEAK)
+    push = share * np.array([1.5, 0.0, 2.0, 0.3, 0.4, 0.0])
+    expected = max(0.0, 1.0 - 1.0 / share) * push / inertia
+    np.testing.assert_allclose(response(arm, controller, push, push), expected, atol=1e-4)
 
 
 @pytest.mark.parametrize(("ratio", "overshoots"), [(0.3, True), (1.0, False)])

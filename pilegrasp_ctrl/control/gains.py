@@ -12,24 +12,11 @@ from numpy.typing import ArrayLike
 
 from ..exceptions import ConfigurationError
 from ..types import Array
+from .gain_values import pair, scalar, six, wrench
 
+FRAMES = ("world", "tool")
 
-def _six(value: ArrayLike, name: str, *, positive: bool = False) -> Array:
-    array = np.asarray(value, dtype=np.float64)
-    if array.shape not in ((), (6,)):
-        raise ConfigurationError(f"{name} has shape {array.shape}; one number or six, linear axes first, are expected")
-    array = np.array(np.broadcast_to(array, (6,)))
-    if not np.isfinite(array).all() or (array < 0.0).any() or (positive and not (array > 0.0).all()):
-        allowed = "positive" if positive else "not negative"
-        raise ConfigurationError(f"{name} = {array.tolist()} must be {allowed} and finite")
-    array.setflags(write=False)
-    return array
-
-
-def _ratio(value: float) -> float:
-    if not isinstance(value, int | float) or not 0.0 < value < np.inf:
-        raise ConfigurationError(f"damping_ratio = {value!r} must be a positive number; 1 is critical damping")
-    return float(value)
+_CRITICAL = "1 is critical damping"
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
@@ -51,8 +38,8 @@ class MotionGains:
     damping_ratio: float = 1.0
 
     def __init__(self, stiffness: ArrayLike, damping_ratio: float = 1.0) -> None:
-        object.__setattr__(self, "stiffness", _six(stiffness, "stiffness", positive=True))
-        object.__setattr__(self, "damping_ratio", _ratio(damping_ratio))
+        object.__setattr__(self, "stiffness", six(stiffness, "stiffness", positive=True))
+        object.__setattr__(self, "damping_ratio", scalar(damping_ratio, "damping_ratio", _CRITICAL, positive=True))
 
     @property
     def damping(self) -> Array:
@@ -62,20 +49,26 @@ class MotionGains:
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
 class Impedance:
-    """How the hand yields: springs and dampers between the reference and the tool, world axes, linear axes first.
+    """How the hand yields: springs and dampers between the reference and the tool, linear axes first.
+
+    All values are along the axes of `frame`. `docs/impedance.md` has the law, and a table of every gain.
 
     Attributes:
         stiffness: a scalar or (6,) [N/m, N·m/rad]; zero leaves an axis to its desired force.
-        damping_ratio: of the springs, on the inertia that the tool shows; 1 is critical damping.
+        damping_ratio: of the springs, on the inertia that the tool shows; 1 is critical damping, 0 leaves all to
+            `damping`.
         damping: (6,) viscous damping beside that of the springs [N·s/m, N·m·s/rad].
         inertia: (6,) inertia that the tool shall show [kg, kg·m²], shaped with the measured wrench; None keeps the
             arm's own, which needs no sensor.
         desired_force: (6,) what the hand shall exert on the environment [N, N·m].
         dead_band: (2,) force [N] and torque [N·m] below which the measured wrench is taken as zero; it matters only
             where `inertia` is given.
+        frame: "world", or "tool" for the axes of the tool frame in the reference's orientation.
+        force_gain: how fast the measured force corrects the desired one [1/s]; zero relies on the model.
 
     Raises:
-        ConfigurationError: where a value is negative or not finite, or an axis has neither stiffness nor damping.
+        ConfigurationError: where a value is negative or not finite, an axis has neither stiffness nor damping, or a
+            spring has no damper.
     """
 
     stiffness: Array
@@ -84,6 +77,8 @@ class Impedance:
     inertia: Array | None = None
     desired_force: Array = field(default_factory=lambda: np.zeros(6))
     dead_band: tuple[float, float] = (0.0, 0.0)
+    frame: str = "world"
+    force_gain: float = 0.0
 
     def __init__(
         self,
@@ -93,23 +88,27 @@ class Impedance:
         inertia: ArrayLike | None = None,
         desired_force: ArrayLike = (0.0,) * 6,
         dead_band: ArrayLike = (0.0, 0.0),
+        frame: str = "world",
+        force_gain: float = 0.0,
     ) -> None:
-        stiffness, damping = _six(stiffness, "stiffness"), _six(damping, "damping")
-        if not (stiffness + damping > 0.0).all():
+        values = {
+            "stiffness": six(stiffness, "stiffness"),
+            "damping_ratio": scalar(damping_ratio, "damping_ratio", _CRITICAL),
+            "damping": six(damping, "damping"),
+            "inertia": None if inertia is None else six(inertia, "inertia", positive=True),
+            "desired_force": wrench(desired_force, "desired_force"),
+            "dead_band": pair(dead_band, "dead_band"),
+            "frame": frame,
+            "force_gain": scalar(force_gain, "force_gain", "it is a rate in 1/s, and 0 turns the feedback off"),
+        }
+        if not (isinstance(frame, str) and frame in FRAMES):
+            raise ConfigurationError(f"frame = {frame!r:.80} must be one of {', '.join(map(repr, FRAMES))}")
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+        if not (self.stiffness + self.damping > 0.0).all():
             raise ConfigurationError("an axis has neither stiffness nor damping, so its speed would grow without bound")
-        object.__setattr__(self, "stiffness", stiffness)
-        object.__setattr__(self, "damping_ratio", _ratio(damping_ratio))
-        object.__setattr__(self, "damping", damping)
-        object.__setattr__(self, "inertia", None if inertia is None else _six(inertia, "inertia", positive=True))
-        force = np.array(desired_force, dtype=np.float64)
-        if force.shape != (6,) or not np.isfinite(force).all():
-            raise ConfigurationError(f"desired_force = {force.tolist()} must be six finite numbers, force first")
-        force.setflags(write=False)
-        object.__setattr__(self, "desired_force", force)
-        band = np.asarray(dead_band, dtype=np.float64)
-        if band.shape != (2,) or not np.isfinite(band).all() or (band < 0.0).any():
-            raise ConfigurationError(f"dead_band = {band.tolist()} must be two numbers, [N] and [N·m], not negative")
-        object.__setattr__(self, "dead_band", (float(band[0]), float(band[1])))
+        if self.damping_ratio == 0.0 and not (self.damping > 0.0).all():
+            raise ConfigurationError("damping_ratio = 0 needs damping on every axis, or a spring would swing for ever")
 
 
 _KINDS: dict[str, type[MotionGains] | type[Impedance]] = {"motion": MotionGains, "impedance": Impedance}
@@ -128,7 +127,8 @@ def load_gains(path: str | Path) -> MotionGains | Impedance:
         raise ConfigurationError(f"{path}: no such file of gains") from None
     except OSError as error:
         raise ConfigurationError(f"{path}: cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    # Besides its own error and that of the encoding, tomllib lets a huge integer's and a deep nesting's through.
+    except (ValueError, RecursionError) as error:
         raise ConfigurationError(f"{path}: is not valid TOML: {error}") from None
     if len(table) != 1 or not set(table) <= set(_KINDS) or not isinstance(next(iter(table.values())), dict):
         raise ConfigurationError(
@@ -148,5 +148,3 @@ def _build(cls: type[MotionGains] | type[Impedance], values: dict[str, Any], sou
         return cls(**values)
     except ConfigurationError as error:
         raise ConfigurationError(f"{source}: {error}") from None
-    except (TypeError, ValueError) as error:
-        raise ConfigurationError(f"{source}: a value is not a number or a list of numbers: {error}") from None

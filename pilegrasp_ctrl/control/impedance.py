@@ -3,30 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from math import isfinite
+from math import sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arm_model import ArmModel
 from ..arm_state import ArmState
-from ..exceptions import ConfigurationError, ModelError, PilegraspError
+from ..exceptions import ConfigurationError, ModelError
 from ..tasks.frame_task import pose_error
 from ..tasks.impedance_task import ImpedanceTask
 from ..tasks.posture_task import PostureTask
 from ..types import Array, ControllerOutput, Observation, Reference
 from .friction import FrictionCompensation
+from .gain_values import checked_wrench
 from .gains import Impedance
-from .inverse_dynamics import LIMITS, InverseDynamics
+from .inverse_dynamics import LIMITS
+from .least_constraint import LeastConstraint
+from .sampled_data import check_stability
+from .tool_axes import turn_reference, turn_state, turn_wrench
+
+_NO_BAND = (0.0, 0.0)
 
 
 class ImpedanceController:
     """Torques that make the tool yield as an `Impedance`, within all limits.
 
     After Hogan, "Impedance control: an approach to manipulation", J. Dynamic Systems, Measurement, and Control 107,
-    1985; `ImpedanceTask` states the law. Steady contact gives the force K e + desired force, up to joint friction.
+    1985; `ImpedanceTask` states the law, and `LeastConstraint` how the joints share it. Steady contact gives the force
+    K e + desired force, up to joint friction. `docs/impedance.md` has the whole.
 
-    A pure function of observation and reference: nothing is remembered between steps.
+    Away from the limits a pure function of observation and reference. Where a limit binds, what the environment did
+    in the period before counts too.
     """
 
     def __init__(
@@ -41,20 +49,41 @@ class ImpedanceController:
         friction: FrictionCompensation | bool = True,
         solver: str = "daqp",
         rate: float = 500.0,
+        stiffness: ArrayLike | None = None,
+        wrench_lag: float | None = None,
     ) -> None:
         """Set up the controller; arguments as for `OperationalSpaceController`, but for the impedance in N/m.
 
-        The friction feed-forward follows the reference's motion only: acting on the error it would add to the force
-        of a steady contact.
+        Weight and mask are along the axes of the impedance's frame. The friction feed-forward follows the reference's
+        motion only: acting on the error it would add to the force of a steady contact.
+
+        Args:
+            arm: the arm.
+            impedance: the gains.
+            posture: where it is given and every tool axis is controlled, the gains are checked there.
+            weight: a scalar or (6,), of the tool's axes against each other.
+            mask: (6,) of truth values; a false axis is left free.
+            limits: which of "torque", "velocity" and "position" to enforce.
+            friction: whether, or how, to feed the arm's joint friction forward.
+            solver: "daqp" or "osqp".
+            rate: how often `step` is called [Hz].
+            stiffness: (6, 6) in place of the impedance's own springs, whose damping stays; symmetric and positive
+                semi-definite, in the axes of the gains.
+            wrench_lag: how late the measured wrench is, as a first-order lag [s]; lets an inertia that is too small for
+                it be refused.
 
         Raises:
             TypeError: where the impedance is not an `Impedance`.
-            ConfigurationError: where another argument cannot be used.
+            ConfigurationError: where another argument cannot be used, or the gains could not be held (`sampled_data`).
         """
         self.arm = arm
-        self._task = ImpedanceTask(impedance, weight, mask)
+        self._task = ImpedanceTask(impedance, weight, mask, None if stiffness is None else _spring_matrix(stiffness))
+        if impedance.force_gain > 0.0:
+            raise ConfigurationError("force_gain needs a memory: use HybridImpedanceController, or leave it out")
         posture = posture if isinstance(posture, PostureTask) else PostureTask(posture)
-        self._dynamics = InverseDynamics(arm, self._task, posture, limits, solver, rate)
+        self._dynamics = LeastConstraint(arm, self._task, posture, limits, solver, rate)
+        if posture.target is not None and (self._task.sqrt_weight == 1.0).all():
+            check_stability(arm, impedance, posture.target, rate, wrench_lag)
         if isinstance(friction, bool):
             self._friction = FrictionCompensation(arm, error_rate=0.0) if friction else None
         else:
@@ -76,7 +105,7 @@ class ImpedanceController:
             reference: where the springs rest.
             posture: (nv,) in place of the preferred posture, for this period [rad].
             state: `arm.update(observation.q, observation.v)` where the caller has it already.
-            desired_force: (6,) in place of the impedance's own, for this period [N, N·m].
+            desired_force: (6,) in place of the impedance's own, for this period, in world axes [N, N·m].
 
         Raises:
             ModelError: where the observation has a wrong shape or holds a value that is not finite.
@@ -84,35 +113,48 @@ class ImpedanceController:
         """
         state = self.arm.update(observation.q, observation.v) if state is None else state
         gains = self._task.impedance
-        force = (
-            gains.desired_force if desired_force is None else _six(desired_force, "desired_force", ConfigurationError)
-        )
+        error = pose_error(state, reference)
         shaped = gains.inertia is not None
         wrench = observation.wrench
         if shaped:
-            wrench = _dead_band(_six(wrench, "the observed wrench", ModelError), gains.dead_band)
-        error = pose_error(state, reference)
+            wrench = checked_wrench(wrench, "the observed wrench", ModelError)
+        if desired_force is not None:
+            desired_force = checked_wrench(desired_force, "desired_force")
+        if gains.frame == "tool":
+            # Springs along axes that turn with the tool would give energy away; these stand still with the reference.
+            axes = reference.pose.rotation
+            state, reference, error = turn_state(axes, state), turn_reference(axes, reference), turn_wrench(axes, error)
+            wrench = turn_wrench(axes, wrench)
+            desired_force = None if desired_force is None else turn_wrench(axes, desired_force)
+        force = gains.desired_force if desired_force is None else desired_force
         dynamics = self._dynamics
-        dynamics.assemble(state, self._task.acceleration(state, reference, error, force, wrench), posture)
-        feedforward = None if self._friction is None else self._friction.torque(dynamics, reference, error)
-        if shaped:
-            cancelled = -state.J.T.dot(wrench)
-            feedforward = cancelled if feedforward is None else feedforward + cancelled
-        return dynamics.solve(state, feedforward)
+        # What is felt moves the tool less by the band, but all of it is cancelled: what is left over would move the arm
+        # as light as it is.
+        felt = _dead_band(wrench, gains.dead_band) if shaped and gains.dead_band != _NO_BAND else wrench
+        wanted = self._task.acceleration(state, reference, error, force, felt, dynamics.mobility(state))
+        dynamics.assemble(state, wanted, posture)
+        friction = None if self._friction is None else self._friction.torque(dynamics, reference, error)
+        return dynamics.solve(state, friction, -state.J.T.dot(wrench) if shaped else None, observation.time)
 
 
-def _six(value: ArrayLike, name: str, error: type[PilegraspError]) -> Array:
-    array = np.asarray(value, dtype=np.float64)
-    if array.shape != (6,) or not isfinite(array.dot(array)):
-        raise error(f"{name} must be six finite numbers, force first; it is {array.tolist()}")
-    return array
+def _spring_matrix(value: ArrayLike) -> Array:
+    matrix = np.asarray(value, dtype=np.float64)
+    if matrix.shape != (6, 6) or not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T):
+        raise ConfigurationError(
+            f"stiffness has the shape {matrix.shape}; a symmetric, finite 6 x 6 matrix is expected"
+        )
+    values = np.linalg.eigvalsh(matrix)
+    if values[0] < -1e-9 * max(values[-1], 1.0):
+        raise ConfigurationError(
+            f"stiffness has the eigenvalue {values[0]:.3g}, so that it would push away; none below 0"
+        )
+    return matrix
 
 
 def _dead_band(wrench: Array, band: tuple[float, float]) -> Array:
     """Shorten force and torque by their dead bands, so that neither jumps where it leaves its band."""
-    out = np.zeros(6)
-    for part, width in zip((slice(0, 3), slice(3, 6)), band, strict=True):
-        size = float(np.sqrt(wrench[part].dot(wrench[part])))
-        if size > width:
-            out[part] = wrench[part] * (1.0 - width / size)
+    out = wrench.copy()
+    for part, width in ((out[:3], band[0]), (out[3:], band[1])):
+        size = sqrt(part.dot(part))
+        part *= 0.0 if size <= width else 1.0 - width / size
     return out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..arm_state import ArmState
@@ -26,10 +27,27 @@ class ImpedanceTask(FrameTask):
     the double diagonalisation of Albu-Schäffer, Ott, Frese and Hirzinger, "Cartesian impedance control of
     redundant robots: recent results with the DLR-light-weight-arms", ICRA 2003. With `inertia`, that diagonal inertia
     stands in place of Lambda, and the measured wrench is cancelled and put to act on it.
+
+    Attributes:
+        impedance: the gains.
+        stiffness: (6, 6) K [N/m, N·m/rad].
     """
 
-    def __init__(self, impedance: Impedance, weight: ArrayLike = 1.0, mask: ArrayLike | None = None) -> None:
-        """Take an impedance in N/m; `weight` and `mask` as in `FrameTask`.
+    def __init__(
+        self,
+        impedance: Impedance,
+        weight: ArrayLike = 1.0,
+        mask: ArrayLike | None = None,
+        stiffness: Array | None = None,
+    ) -> None:
+        """Take an impedance in N/m.
+
+        Args:
+            impedance: the gains.
+            weight: as in `FrameTask`.
+            mask: as in `FrameTask`.
+            stiffness: (6, 6) symmetric and positive semi-definite, in place of the impedance's own springs; their
+                damping stays.
 
         Raises:
             TypeError: where the gains are those of motion control.
@@ -38,20 +56,27 @@ class ImpedanceTask(FrameTask):
             raise TypeError(f"impedance control takes an Impedance in N/m and N·m/rad, not {type(impedance).__name__}")
         super().__init__(weight, mask)
         self.impedance = impedance
+        self.stiffness: Array = np.diag(impedance.stiffness) if stiffness is None else stiffness
         sprung = np.flatnonzero(impedance.stiffness)
-        root = np.sqrt(impedance.stiffness[sprung])
-        self._block = np.ix_(sprung, sprung)
-        self._outer = np.outer(root, root)
+        self._factor = np.diag(np.sqrt(impedance.stiffness))[:, sprung]
+        self._sprung = bool(sprung.size) and impedance.damping_ratio > 0.0
+        self._factor_transposed = np.ascontiguousarray(self._factor.T)
+        self._damped_factor = 2.0 * impedance.damping_ratio * self._factor
         self._floor = _SLOWEST_MODE**2 * np.eye(len(sprung))
-        self._viscous = np.diag(impedance.damping)
+        self._uneven = not _isotropic(self.stiffness)
         if impedance.inertia is not None:
-            critical = 2.0 * np.sqrt(impedance.stiffness * impedance.inertia)
-            self._shaped_damping = impedance.damping_ratio * critical + impedance.damping
+            self._shaped_damping = self.damping(np.diag(1.0 / impedance.inertia))
 
     def acceleration(
-        self, state: ArmState, reference: Reference, error: Array, desired_force: Array, wrench: Array
+        self,
+        state: ArmState,
+        reference: Reference,
+        error: Array,
+        desired_force: Array,
+        wrench: Array,
+        mobility: Array | None = None,
     ) -> Array:
-        """Return (6,) the wanted tool acceleration [m/s², rad/s²].
+        """Return (6,) the wanted tool acceleration [m/s², rad/s²], everything in the axes of the gains.
 
         Args:
             state: the arm.
@@ -60,30 +85,57 @@ class ImpedanceTask(FrameTask):
             desired_force: (6,) what the hand shall exert on the environment [N, N·m].
             wrench: (6,) what the environment does to the hand, at the tool's origin [N, N·m]; used where the
                 impedance has an inertia.
+            mobility: (6, 6) J M⁻¹ Jᵀ where the caller has it already.
         """
         impedance = self.impedance
         rate = reference.twist - state.twist
-        force = impedance.stiffness * error
+        force = self.stiffness.dot(error)
+        if self._uneven:
+            force[3:] = _moment(force[3:], error[3:])
         force += desired_force
         if impedance.inertia is not None:
-            force += self._shaped_damping * rate
+            force += self._shaped_damping.dot(rate)
             force += wrench
             return reference.acceleration + force / impedance.inertia
-        mobility = state.J.dot(solve_positive_definite(state.M, state.J.T))
-        force += self.damping(mobility).dot(rate)
+        if mobility is None:
+            mobility = state.J.dot(solve_positive_definite(state.M, state.J.T))
+        if self._sprung:
+            root = inverse_square_root(self._stiff_mobility(mobility))
+            force += self._damped_factor.dot(root.dot(self._factor_transposed.dot(rate)))
+        rate *= impedance.damping
+        force += rate
         return reference.acceleration + mobility.dot(force)
 
     def damping(self, mobility: Array) -> Array:
         """Return D (6, 6) [N·s/m, N·m·s/rad] for the tool's mobility Lambda⁻¹ (6, 6).
 
-        On the axes that have a spring, Lambda # K = K^½ (K^½ Lambda⁻¹ K^½)^-½ K^½. The bracket's eigenvalues are the
+        With K = B Bᵀ, Lambda # K = B (Bᵀ Lambda⁻¹ B)^-½ Bᵀ, whatever the factor B. The bracket's eigenvalues are the
         squares of the modes' natural frequencies [rad²/s²]. At a singular posture one is zero; it is kept off that,
         and the acceleration stays finite because the mobility multiplies the force afterwards.
         """
-        damping = self._viscous.copy()
-        if not self._outer.size:
-            return damping
-        stiff_mobility = mobility[self._block] * self._outer
-        stiff_mobility += self._floor
-        damping[self._block] += 2.0 * self.impedance.damping_ratio * self._outer * inverse_square_root(stiff_mobility)
+        damping = np.diag(self.impedance.damping)
+        if self._sprung:
+            root = inverse_square_root(self._stiff_mobility(mobility))
+            damping += self._damped_factor.dot(root.dot(self._factor_transposed))
         return damping
+
+    def _stiff_mobility(self, mobility: Array) -> Array:
+        stiff = self._factor_transposed.dot(mobility.dot(self._factor))
+        stiff += self._floor
+        return stiff
+
+
+def _isotropic(stiffness: Array) -> bool:
+    """Whether K e is the gradient of ½ eᵀ K e for rotations of any size: no coupling, one rotational stiffness."""
+    rotation = stiffness[3:, 3:]
+    return not np.any(stiffness[:3, 3:]) and np.array_equal(rotation, rotation[0, 0] * np.eye(3))
+
+
+def _moment(gradient: Array, rotation: Array) -> Array:
+    """Return (3,) the moment of a spring whose potential has `gradient` (3,) in the rotation vector `rotation` (3,).
+
+    Springs that differ from axis to axis would otherwise give energy away on a closed path of large rotations
+    (F. Caccavale, C. Natale, B. Siciliano and L. Villani, "Six-DOF impedance control based on angle/axis
+    representations", IEEE T-RA 15(2), 1999). The two agree to first order in the rotation.
+    """
+    return pin.Jlog3(pin.exp3(rotation)).T.dot(gradient)

@@ -1,0 +1,51 @@
+"""The same arm and reference, seen along other axes than the world's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arm_state import ArmState
+from ..types import Array, Reference
+
+
+def turn_wrench(rotation: Array, wrench: Array) -> Array:
+    """Return (6,) a wrench or twist in axes whose `rotation` (3, 3) to the world is given; it was in world axes."""
+    turned = np.empty(6)
+    turned[:3] = wrench[:3].dot(rotation)
+    turned[3:] = wrench[3:].dot(rotation)
+    return turned
+
+
+def turn_state(rotation: Array, state: ArmState) -> ArmState:
+    """Return a state whose tool Jacobian, tool acceleration and twist are in axes with `rotation` (3, 3) to the world.
+
+    Laws and masks of a task that is given this state act along those axes. The axes are taken as standing still: they
+    only name the directions of this instant.
+    """
+    J = np.empty_like(state.J)
+    np.dot(rotation.T, state.J[:3], out=J[:3])
+    np.dot(rotation.T, state.J[3:], out=J[3:])
+    Jdot_v, twist = turn_wrench(rotation, state.Jdot_v), turn_wrench(rotation, state.twist)
+    return state._replace(J=J, Jdot_v=Jdot_v, twist=twist)
+
+
+def turn_reference(rotation: Array, reference: Reference) -> Reference:
+    """Return a reference whose twist and acceleration are in axes with `rotation` (3, 3) to the world."""
+    twist, acceleration = turn_wrench(rotation, reference.twist), turn_wrench(rotation, reference.acceleration)
+    return Reference(reference.pose, twist, acceleration)
+
+
+def move_wrench(wrench: Array, lever: Array) -> Array:
+    """Return (6,) a wrench about another point.
+
+    Args:
+        wrench: (6,) force and the torque about the old point [N, N·m].
+        lever: (3,) from the new point to the old one, in the same axes [m].
+    """
+    moved = wrench.copy()
+    x, y, z = lever.tolist()
+    a, b, c = wrench[:3].tolist()
+    moved[3] += y * c - z * b
+    moved[4] += z * a - x * c
+    moved[5] += x * b - y * a
+    return moved
