@@ -8,15 +8,19 @@ from pathlib import Path
 
 from .exceptions import ExportError
 
+VIEWS = (".html", ".png", ".gif", ".mp4")
+"""What a recording can be shown as: page, contact sheet, movies."""
 
-def check_output(path: Path, suffix: str) -> None:
-    """Find out whether `path` can be written, and leave nothing behind.
+
+def check_output(path: Path, *suffixes: str) -> None:
+    """Find out whether `path` ends in one of `suffixes` and can be written, and leave nothing behind.
 
     Raises:
-        ExportError: where the suffix differs, the folder does not exist, or the file may not be written.
+        ExportError: where the suffix is another, the folder does not exist, or the file may not be written.
     """
-    if path.suffix != suffix:
-        raise ExportError(f"{path}: the name must end in {suffix}, as in attempt{suffix}")
+    if path.suffix not in suffixes:
+        listed = " or ".join(filter(None, (", ".join(suffixes[:-1]), suffixes[-1])))
+        raise ExportError(f"{path}: the name must end in {listed}, as in attempt{suffixes[0]}")
     folder = path.parent
     try:
         if path.is_dir():

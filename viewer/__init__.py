@@ -1,5 +1,6 @@
-"""Recordings as pages: one HTML file with scene, motion and forces, opened without a server or a network."""
+"""Recordings as pages, pictures and movies: one HTML file opened without a server or a network, PNG, GIF, MP4."""
 
+from pilegrasp_ctrl.viewer.exports import require_programs, write
 from pilegrasp_ctrl.viewer.html import page, write_html
 
-__all__ = ["page", "write_html"]
+__all__ = ["page", "require_programs", "write", "write_html"]

@@ -45,6 +45,11 @@ def viewer_script() -> str:
     return f"/*!\nmeshcat and what it bundles:\n{licence}\n*/\n{script}"
 
 
+def own_script(*names: str) -> str:
+    """Return scripts of this folder, one after the other."""
+    return "".join((_HERE / name).read_text(encoding="utf-8") for name in names)
+
+
 def _json(value: Any) -> str:
     """Return JSON that cannot end the script element it stands in."""
     return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
@@ -93,7 +98,7 @@ def page(recording: Recording) -> str:
         ExportError: where meshcat's viewer is missing.
     """
     summary = summarize(recording.meta)
-    scripts = (viewer_script(), (_HERE / "page.js").read_text(encoding="utf-8"))
+    scripts = (viewer_script(), own_script("stage.js", "page.js"))
     hashes = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
     rows = "".join(_row(phase, style) for phase, style in zip(summary.phases, styles(summary.phases), strict=True))
     state = {True: "success", False: "failure", None: "unknown"}[summary.success]

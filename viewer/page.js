@@ -1,5 +1,5 @@
 "use strict";
-// The page's script: feeds meshcat's viewer, frames the scene, and ties the strips' cursors to the viewer's clock.
+// The page's script: feeds meshcat's viewer, and ties the strips' cursors to its clock.
 window.pilegrasp = (() => {
   const element = (id) => document.getElementById(id);
   const data = JSON.parse(element("page-data").textContent);
@@ -8,71 +8,19 @@ window.pilegrasp = (() => {
   let movedByHand = false;
   let shown = null;
 
-  // Each command stands after its length (32 bits, little-endian).
-  function* messages(base64) {
-    const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
-    const numbers = new DataView(bytes.buffer);
-    for (let at = 0; at < bytes.length; ) {
-      const length = numbers.getUint32(at, true);
-      yield bytes.slice(at + 4, at + 4 + length);
-      at += 4 + length;
-    }
-  }
-
-  // The scene is z-up and the viewer's world y-up.
-  const world = ([x, y, z]) => new MeshCat.THREE.Vector3(x, z, -y);
-
-  // The nearest place on the line of sight from which every corner of the action's box would be in the picture, and a
-  // tenth nearer, as nothing fills the corners.
   function frame() {
-    const { low, high, direction } = data.view;
-    const target = world(low).add(world(high)).multiplyScalar(0.5);
-    const toward = world(direction).normalize();
-    const right = new MeshCat.THREE.Vector3(0, 1, 0).cross(toward).normalize();
-    const up = toward.clone().cross(right);
-    const height = Math.tan((viewer.camera.fov * Math.PI) / 360);
-    const width = height * viewer.camera.aspect;
-    let distance = 0;
-    for (let corner = 0; corner < 8; corner++) {
-      const point = world([0, 1, 2].map((axis) => (corner & (1 << axis) ? high : low)[axis])).sub(target);
-      const across = Math.abs(point.dot(right)) / width;
-      const along = Math.abs(point.dot(up)) / height;
-      distance = Math.max(distance, point.dot(toward) + Math.max(across, along));
-    }
-    viewer.camera.position.copy(target).addScaledVector(toward, 0.9 * distance);
-    viewer.controls.target.copy(target);
-    viewer.controls.update();
+    stage.frame(viewer, data.view);
     movedByHand = false;
-    viewer.set_dirty();
-  }
-
-  function light() {
-    const { low, high, direction } = data.view;
-    const spot = viewer.scene_tree.find(["Lights", "SpotLight", "<object>"]).object;
-    const middle = [0, 1, 2].map((axis) => (low[axis] + high[axis]) / 2);
-    spot.position.set(middle[0] - 0.5, middle[1] + (direction[1] > 0 ? 0.9 : -0.9), middle[2] + 1.8);
-    spot.target.position.copy(world(middle));
-    spot.target.updateMatrixWorld();
-    spot.shadow.normalBias = 0.004;
   }
 
   function open() {
-    viewer = new MeshCat.Viewer(element("pane"));
-    // meshcat sizes itself to the window; here it fills its pane.
-    const resize = viewer.set_3d_pane_size.bind(viewer);
-    viewer.set_3d_pane_size = () => {
-      const pane = element("pane");
-      resize(pane.clientWidth, pane.clientHeight);
-      if (!movedByHand) frame();
-    };
-    for (const message of messages(element("commands").textContent.trim())) {
-      viewer.handle_command_bytearray(message);
-    }
+    viewer = stage.open(element("pane"), () => movedByHand || frame());
+    stage.obey(viewer, Uint8Array.from(atob(element("commands").textContent.trim()), (letter) => letter.charCodeAt(0)));
     // A page that was hidden, or is slow, goes on where it was instead of skipping to the end.
     const clock = viewer.animator.clock;
     const elapsed = clock.getDelta.bind(clock);
     clock.getDelta = () => Math.min(elapsed(), 0.1);
-    light();
+    stage.light(viewer, data.view);
     viewer.set_3d_pane_size();
     viewer.controls.addEventListener("start", () => (movedByHand = true));
   }

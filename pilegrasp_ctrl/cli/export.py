@@ -2,31 +2,66 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from ..output_file import check_output
+from ..exceptions import ExportError
+from ..output_file import VIEWS, check_output
 from .application import app
 from .options import DebugOption, JsonOption, print_json
 
+MOVIES = (".gif", ".mp4")
 
-@app.command("export")
+
+@app.command(
+    "export",
+    epilog="Pictures and movies are drawn by Chromium, an .mp4 is encoded by ffmpeg; a page needs neither.",
+)
 def export_recording(
     recording: Annotated[Path, typer.Argument(metavar="F.npz", help="What `pilegrasp run --record` wrote.")],
-    html: Annotated[Path, typer.Argument(metavar="F.html", help="The page to write.")],
+    output: Annotated[
+        Path,
+        typer.Argument(
+            metavar="F.html|F.png|F.gif|F.mp4", help="The page, contact sheet or movie to write; the name says which."
+        ),
+    ],
+    speed: Annotated[
+        float | None, typer.Option(metavar="X", help="Speed of a movie in times real time, as in 0.5.")
+    ] = None,
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """Turn a recording into a page that shows the attempt in any browser, offline."""
-    check_output(html, ".html")
+    """Turn a recording into a page that shows the attempt in any browser, a contact sheet or a movie."""
+    check_output(output, *VIEWS)
+    if speed is not None and output.suffix not in MOVIES:
+        raise ExportError(f"--speed is for movies ({' and '.join(MOVIES)}), and {output.name} is none; leave it out")
 
     from ..recording import Recording
-    from ..viewer import write_html
+    from ..viewer import write
 
-    write_html(Recording.load(recording), html)
+    loaded = Recording.load(recording)
+    with drawing_progress(output) as progress:
+        write(loaded, output, speed=1.0 if speed is None else speed, progress=progress)
     if as_json:
-        print_json({"recording": str(recording), "html": str(html), "bytes": html.stat().st_size})
+        print_json({"recording": str(recording), output.suffix[1:]: str(output), "bytes": output.stat().st_size})
     else:
-        print(html)
+        print(output)
+
+
+@contextmanager
+def drawing_progress(path: Path) -> Iterator[Callable[[int, int], None] | None]:
+    """Show on standard error how many pictures are drawn; nothing where nobody watches."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(f"drawing {path.name}", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

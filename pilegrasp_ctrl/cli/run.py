@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -14,12 +14,14 @@ from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn
 from rich.table import Table
 
-from ..output_file import check_output
+from ..output_file import VIEWS, check_output
 from .application import app
+from .export import drawing_progress
 from .options import DebugOption, JsonOption, make_console, print_json
 
 if TYPE_CHECKING:
     from ..episode import EpisodeResult
+    from ..viewer.live import LiveView
 
 
 @app.command(
@@ -41,6 +43,14 @@ def run_scenario(
     html: Annotated[
         Path | None, typer.Option(metavar="F.html", help="Write a page that shows the attempt in any browser, offline.")
     ] = None,
+    export: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="F.html|F.png|F.gif|F.mp4", help="Write a page, a contact sheet or a movie; repeatable."),
+    ] = None,
+    live: Annotated[
+        bool,
+        typer.Option("--live", metavar="", help="Show the attempt in a browser on this machine, in real time."),
+    ] = False,
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
@@ -48,25 +58,54 @@ def run_scenario(
     from ..config import load_scenario, parse_overrides
 
     chosen = load_scenario(scenario, parse_overrides(settings or []))
-    for path, suffix in ((record, ".npz"), (html, ".html")):
+    shown = [path for path in (html, *(export or [])) if path is not None]
+    for path in (record, html):
         if path is not None:
-            check_output(path, suffix)
+            check_output(path, ".npz" if path is record else ".html")
+    for path in export or []:
+        check_output(path, *VIEWS)
+    if shown:
+        from ..viewer import require_programs
+
+        for path in shown:
+            require_programs(path)
 
     from ..episode import run
 
-    with _progress(chosen.name) as progress:
-        result = run(chosen, seed=seed, record=record is not None or html is not None, progress=progress)
+    with ExitStack() as stack:
+        watch = stack.enter_context(_live_view(f"{chosen.name}, seed {seed}")) if live else None
+        with _progress(chosen.name) as progress:
+            hooks: dict[str, Any] = {"on_frame": watch.show} if watch else {}
+            result = run(chosen, seed=seed, record=bool(record or shown), progress=progress, **hooks)
+        if watch:
+            watch.finish("Success" if result.success else "Failed", result.reason, result.success)
     if result.recording is not None:
         if record is not None:
             result.recording.save(record)
-        if html is not None:
-            from ..viewer import write_html
+        if shown:
+            from ..viewer import write
 
-            write_html(result.recording, html)
+            for path in shown:
+                with drawing_progress(path) as drawn:
+                    write(result.recording, path, progress=drawn)
     if as_json:
         print_json(result.as_dict())
     else:
-        _print_result(result, [path for path in (record, html) if path is not None])
+        _print_result(result, [path for path in (record, *shown) if path is not None])
+
+
+@contextmanager
+def _live_view(title: str) -> Iterator[LiveView]:
+    """Serve the page of the running attempt, and say where it is."""
+    from ..viewer.live import PATIENCE, LiveView
+
+    with LiveView(title) as view:
+        print(
+            f"watch at {view.url} (the attempt begins when the page is open, or after {PATIENCE:.0f} s)",
+            file=sys.stderr,
+            flush=True,
+        )
+        yield view
 
 
 @contextmanager

@@ -1,0 +1,226 @@
+"""A headless Chromium driven over the DevTools protocol through two pipes; the standard library is all it needs."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import os
+import select
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any, Self
+
+from pilegrasp_ctrl.exceptions import ExportError
+
+NAMES = ("chromium", "chromium-browser", "google-chrome-stable", "google-chrome", "chrome")
+ON_A_MAC = "/Applications/{0}.app/Contents/MacOS/{0}"
+
+FLAGS = (
+    "--headless=new",
+    # Root and most containers have no sandbox. What is opened is a page of this program, whose policy admits no other
+    # script, and the tab is offline.
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-extensions",
+    "--disable-dev-shm-usage",
+    "--hide-scrollbars",
+    "--remote-debugging-pipe",
+)
+
+# Chromium reads commands on descriptor 3 and answers on 4.
+LAUNCH = (
+    "import os, sys; [os.dup2(int(n), k) for n, k in zip(sys.argv[1:], (3, 4))]; os.execv(sys.argv[3], sys.argv[3:])"
+)
+
+
+def find_chromium() -> str | None:
+    """Return the browser named by PILEGRASP_CHROMIUM or the first of the usual names on the path."""
+    bundles = (ON_A_MAC.format(name) for name in ("Google Chrome", "Chromium"))
+    return os.environ.get("PILEGRASP_CHROMIUM") or next(filter(None, map(shutil.which, (*NAMES, *bundles))), None)
+
+
+def require_chromium() -> str:
+    """Return the path of a browser that can draw.
+
+    Raises:
+        ExportError: where there is none.
+    """
+    named = os.environ.get("PILEGRASP_CHROMIUM")
+    if named and not shutil.which(named):
+        raise ExportError(f"PILEGRASP_CHROMIUM names {named!r}, which is not a program; name a Chromium or unset it")
+    found = find_chromium()
+    if found is None:
+        raise ExportError(
+            "pictures are drawn by Chromium, which was not found; install it (on Debian `apt-get install chromium`), "
+            "or name a Chromium or Chrome in PILEGRASP_CHROMIUM; an .html page needs neither"
+        )
+    return shutil.which(found) or found
+
+
+class Chromium:
+    """One browser process and one tab, offline from the first moment; a context manager that leaves no process.
+
+    `events` holds what the browser reported since the last page was opened, in the protocol's own form.
+
+    Raises:
+        ExportError: where the program cannot be started, ends, or does not answer for `timeout` [s].
+    """
+
+    def __init__(self, executable: str, *flags: str, timeout: float = 60.0) -> None:
+        self.timeout = timeout
+        self.events: list[dict[str, Any]] = []
+        self._executable = executable
+        self._profile = tempfile.TemporaryDirectory(prefix="chromium-", ignore_cleanup_errors=True)
+        to_browser, self._out = os.pipe()
+        self._in, from_browser = os.pipe()
+        command = [executable, *FLAGS, *flags, f"--user-data-dir={self._profile.name}", "about:blank"]
+        # Clear of 3 and 4, so that moving one end there cannot close the other.
+        ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (to_browser, from_browser)]
+        self._process = subprocess.Popen(
+            [sys.executable, "-I", "-S", "-c", LAUNCH, *map(str, ends), *command],
+            pass_fds=ends,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            # An interrupt from the keyboard reaches this program only, which then closes the browser in order.
+            start_new_session=True,
+        )
+        for end in (to_browser, from_browser, *ends):
+            os.close(end)
+        self._buffer = b""
+        self._count = 0
+        self._session: str | None = None
+        try:
+            self._attach()
+        except BaseException:
+            self.close()
+            raise
+
+    def _attach(self) -> None:
+        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Log", "Network"):
+            self.call(f"{domain}.enable")
+        self.call(
+            "Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=-1, uploadThroughput=-1
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the browser and remove its profile."""
+        with contextlib.suppress(OSError, ExportError):
+            self._session = None
+            self.timeout = min(self.timeout, 10.0)
+            self.call("Browser.close")
+        try:
+            self._process.wait(timeout=10)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        os.close(self._out)
+        os.close(self._in)
+        self._profile.cleanup()
+
+    def _receive(self) -> dict[str, Any]:
+        while b"\0" not in self._buffer:
+            if not select.select([self._in], [], [], self.timeout)[0]:
+                raise ExportError(f"the browser {self._executable} does not answer for {self.timeout:.0f} s; try again")
+            block = os.read(self._in, 1 << 20)
+            if not block:
+                raise ExportError(
+                    f"the browser {self._executable} ended by itself; "
+                    "see whether it starts with --headless, or name another in PILEGRASP_CHROMIUM"
+                )
+            self._buffer += block
+        message, self._buffer = self._buffer.split(b"\0", 1)
+        result: dict[str, Any] = json.loads(message)
+        return result
+
+    def _send(self, message: dict[str, Any]) -> None:
+        content = json.dumps(message).encode() + b"\0"
+        try:
+            while content:
+                content = content[os.write(self._out, content) :]
+        except BrokenPipeError:
+            # What a program that has ended still said comes first; its silence is explained there too.
+            pass
+
+    def call(self, method: str, **parameters: Any) -> dict[str, Any]:
+        """Send one command of the protocol and return its result; events that arrive meanwhile are kept.
+
+        Raises:
+            ExportError: where the browser refuses the command, ends, or does not answer.
+        """
+        self._count += 1
+        message: dict[str, Any] = {"id": self._count, "method": method, "params": parameters}
+        if self._session:
+            message["sessionId"] = self._session
+        self._send(message)
+        while True:
+            answer = self._receive()
+            if "method" in answer:
+                self.events.append(answer)
+            elif answer.get("id") == self._count:
+                if "error" in answer:
+                    raise ExportError(f"the browser refuses {method}: {answer['error'].get('message')}")
+                result: dict[str, Any] = answer["result"]
+                return result
+
+    def evaluate(self, script: str) -> Any:
+        """Return the JSON value of an expression in the page; a promise is awaited.
+
+        Raises:
+            ExportError: where the expression throws.
+        """
+        answer = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
+        if "exceptionDetails" in answer:
+            raise ExportError(f"the page's script failed: {json.dumps(answer['exceptionDetails'])}")
+        return answer["result"].get("value")
+
+    def open(self, file: Path, width: int = 1280, height: int = 800) -> None:
+        """Load a file at a window size [px] and wait until it has loaded and drawn."""
+        self.events.clear()
+        self.resize(width, height)
+        failure = self.call("Page.navigate", url=file.resolve().as_uri()).get("errorText")
+        if failure:
+            raise ExportError(f"the browser {self._executable} cannot open {file}: {failure}")
+        self.wait_for("document.readyState === 'complete'")
+        self.wait_for_picture()
+
+    def resize(self, width: int, height: int, dark: bool = False) -> None:
+        """Give the window a size [px] and a colour scheme."""
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self.call("Emulation.setEmulatedMedia", features=[scheme])
+
+    def wait_for_picture(self) -> None:
+        """Return after the next frame has been drawn."""
+        self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+    def wait_for(self, condition: str) -> None:
+        """Return when the expression is true in the page.
+
+        Raises:
+            ExportError: where it stays false for the browser's time limit.
+        """
+        limit = time.monotonic() + self.timeout
+        while not self.evaluate(condition):
+            if time.monotonic() > limit:
+                raise ExportError(f"the page never reached: {condition}")
+            time.sleep(0.02)

@@ -1,0 +1,140 @@
+"""Movies of an attempt in real time, or slower or faster: GIF by Pillow, MP4 by ffmpeg."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from pilegrasp_ctrl.exceptions import ExportError
+from pilegrasp_ctrl.recording import Recording, write_atomically
+from pilegrasp_ctrl.viewer.contact_sheet import ink, title
+from pilegrasp_ctrl.viewer.ffmpeg import encode_mp4, require_ffmpeg
+from pilegrasp_ctrl.viewer.stills import Progress, Stills
+from pilegrasp_ctrl.viewer.summary import summarize
+
+GIF_RATE = 12.5
+"""Frames per second; a GIF counts in hundredths of a second, and this is a whole number of them."""
+
+GIF_SIZE = (640, 430)
+MP4_RATE = 15.0
+MP4_SIZE = (960, 630)
+
+HOLD = 1.5
+"""The last frame, which carries the verdict, stays this long [s]."""
+
+MOST_FRAMES = 3000
+SLOWEST, FASTEST = 0.01, 100.0
+
+_SAMPLES = 6
+"""Frames from which the one palette of a GIF is taken; one palette for all, as the eye sees colours that flicker."""
+
+_RARE = ("#d62728", "#14733b", "#b3261e")
+"""The arrow's red and the verdict's green and red cover few pixels, which a palette by frequency would lose."""
+
+_SWATCH = 24
+
+
+def frame_times(recording: Recording, fps: float, speed: float) -> tuple[float, ...]:
+    """Return the moments [s] that a movie shows: from the first frame on every `speed / fps`, and the last frame.
+
+    Raises:
+        ExportError: where the speed is out of range or the movie would be longer than `MOST_FRAMES`.
+    """
+    if not SLOWEST <= speed <= FASTEST:
+        raise ExportError(f"a speed of {speed:g} is out of range; give {SLOWEST:g} to {FASTEST:g}, 1 is real time")
+    first, last = float(recording.frame_time[0]), float(recording.frame_time[-1])
+    step = speed / fps
+    count = int((last - first) / step + 1e-6) + 1
+    if count > MOST_FRAMES:
+        fitting = speed * count / MOST_FRAMES
+        raise ExportError(
+            f"{last - first:.0f} s at {speed:g} times real time are {count} pictures, more than {MOST_FRAMES}; "
+            f"give a speed of {fitting:.2g} or more"
+        )
+    times = [first + k * step for k in range(count)]
+    # The end counts, however the step divides the attempt; a nearly equal moment before it would only stutter.
+    if count > 1 and last - times[-1] < 0.5 * step:
+        times.pop()
+    return (*times, last) if last > first else (first,)
+
+
+def _frames(
+    stills: Stills, recording: Recording, times: tuple[float, ...], speed: float, progress: Progress | None
+) -> Iterator[bytes]:
+    summary = summarize(recording.meta)
+    note = title(summary) + ("" if speed == 1.0 else f", {speed:g}×")
+    for index, time in enumerate(times):
+        last = index == len(times) - 1
+        yield stills.frame(time, summary.verdict, ink(summary.success)) if last else stills.frame(time, note)
+        if progress:
+            progress(index + 1, len(times))
+
+
+def write_gif(
+    recording: Recording, path: str | os.PathLike[str], speed: float = 1.0, progress: Progress | None = None
+) -> None:
+    """Write an animated GIF, all of it or nothing; it repeats without end.
+
+    Raises:
+        ExportError: where no Chromium or no Pillow is found, the speed does not fit, or the place cannot be written.
+    """
+    try:
+        from PIL import Image
+    except ImportError:
+        raise ExportError("a .gif is written by Pillow, which was not found; `pip install pillow`") from None
+
+    times = frame_times(recording, GIF_RATE, speed)
+    with Stills(recording) as stills:
+        stills.open_movie(*GIF_SIZE)
+
+        def picture(png: bytes) -> Image.Image:
+            return Image.open(io.BytesIO(png)).convert("RGB")
+
+        chosen = sorted({times[k] for k in np.linspace(0, len(times) - 1, _SAMPLES).astype(int)})
+        samples = Image.new("RGB", (GIF_SIZE[0], GIF_SIZE[1] * len(chosen) + _SWATCH * len(_RARE)))
+        for row, time in enumerate(chosen):
+            samples.paste(picture(stills.frame(time)), (0, row * GIF_SIZE[1]))
+        for row, color in enumerate(_RARE):
+            top = GIF_SIZE[1] * len(chosen) + _SWATCH * row
+            samples.paste(color, (0, top, GIF_SIZE[0], top + _SWATCH))
+        palette = samples.quantize(256, Image.Quantize.MEDIANCUT)
+        images = [
+            picture(frame).quantize(palette=palette, dither=Image.Dither.NONE)
+            for frame in _frames(stills, recording, times, speed, progress)
+        ]
+    content = io.BytesIO()
+    durations = [round(1000 / GIF_RATE)] * (len(images) - 1) + [round(1000 * HOLD)]
+    images[0].save(
+        content, "GIF", save_all=True, append_images=images[1:], duration=durations, loop=0, optimize=False, disposal=1
+    )
+    try:
+        write_atomically(Path(path), content.getvalue())
+    except (OSError, ValueError) as error:
+        raise ExportError(f"the movie cannot be written to {str(path)!r}: {error}") from error
+
+
+def write_mp4(
+    recording: Recording, path: str | os.PathLike[str], speed: float = 1.0, progress: Progress | None = None
+) -> None:
+    """Write an MP4, all of it or nothing.
+
+    Raises:
+        ExportError: where no Chromium or no ffmpeg is found, one of them fails, the speed does not fit, or the place
+            cannot be written.
+    """
+    executable = require_ffmpeg()
+    times = frame_times(recording, MP4_RATE, speed)
+    with Stills(recording) as stills:
+        stills.open_movie(*MP4_SIZE)
+
+        def frames() -> Iterator[bytes]:
+            picture = b""
+            for picture in _frames(stills, recording, times, speed, progress):
+                yield picture
+            yield from [picture] * round(HOLD * MP4_RATE)
+
+        encode_mp4(executable, frames(), MP4_RATE, Path(path))

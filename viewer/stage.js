@@ -1,0 +1,64 @@
+"use strict";
+// What every page that shows a scene shares: meshcat's viewer in a pane, its commands, its camera and its light.
+const stage = (() => {
+  // Each command stands after its length (32 bits, little-endian).
+  function* messages(bytes) {
+    const numbers = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+    for (let at = 0; at < bytes.length; ) {
+      const length = numbers.getUint32(at, true);
+      yield bytes.slice(at + 4, at + 4 + length);
+      at += 4 + length;
+    }
+  }
+
+  function obey(viewer, bytes) {
+    for (const message of messages(bytes)) viewer.handle_command_bytearray(message);
+  }
+
+  // The scene is z-up and the viewer's world y-up.
+  const world = ([x, y, z]) => new MeshCat.THREE.Vector3(x, z, -y);
+
+  // The nearest place on the line of sight from which every corner of the action's box would be in the picture, and a
+  // tenth nearer, as nothing fills the corners.
+  function frame(viewer, { low, high, direction }) {
+    const target = world(low).add(world(high)).multiplyScalar(0.5);
+    const toward = world(direction).normalize();
+    const right = new MeshCat.THREE.Vector3(0, 1, 0).cross(toward).normalize();
+    const up = toward.clone().cross(right);
+    const height = Math.tan((viewer.camera.fov * Math.PI) / 360);
+    const width = height * viewer.camera.aspect;
+    let distance = 0;
+    for (let corner = 0; corner < 8; corner++) {
+      const point = world([0, 1, 2].map((axis) => (corner & (1 << axis) ? high : low)[axis])).sub(target);
+      const across = Math.abs(point.dot(right)) / width;
+      const along = Math.abs(point.dot(up)) / height;
+      distance = Math.max(distance, point.dot(toward) + Math.max(across, along));
+    }
+    viewer.camera.position.copy(target).addScaledVector(toward, 0.9 * distance);
+    viewer.controls.target.copy(target);
+    viewer.controls.update();
+    viewer.set_dirty();
+  }
+
+  function light(viewer, { low, high, direction }) {
+    const spot = viewer.scene_tree.find(["Lights", "SpotLight", "<object>"]).object;
+    const middle = [0, 1, 2].map((axis) => (low[axis] + high[axis]) / 2);
+    spot.position.set(middle[0] - 0.5, middle[1] + (direction[1] > 0 ? 0.9 : -0.9), middle[2] + 1.8);
+    spot.target.position.copy(world(middle));
+    spot.target.updateMatrixWorld();
+    spot.shadow.normalBias = 0.004;
+  }
+
+  // meshcat sizes itself to the window; here it fills its pane, and tells when it has a new size.
+  function open(pane, resized) {
+    const viewer = new MeshCat.Viewer(pane);
+    const resize = viewer.set_3d_pane_size.bind(viewer);
+    viewer.set_3d_pane_size = () => {
+      resize(pane.clientWidth, pane.clientHeight);
+      resized();
+    };
+    return viewer;
+  }
+
+  return { obey, frame, light, open };
+})();
