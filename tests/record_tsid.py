@@ -25,7 +25,7 @@ from tsid_problem import (
     posture_task,
 )
 
-from pilegrasp_ctrl.experiments.bench_tsid import TsidController
+from pilegrasp_ctrl.experiments.bench.tsid import TsidController
 
 DEMANDS = {"gentle": 0.3, "saturating": 10.0}
 CASES = 15

@@ -9,15 +9,15 @@ import pytest
 from pilegrasp_ctrl.cli import main
 from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
 from pilegrasp_ctrl.exceptions import ConfigurationError
-from pilegrasp_ctrl.experiments import bench_imports, benchmark, peers
-from pilegrasp_ctrl.experiments.bench_clock import Timing, Work, garbage_kept, time_in_turns
-from pilegrasp_ctrl.experiments.bench_compare import compare
-from pilegrasp_ctrl.experiments.bench_markdown import markdown
-from pilegrasp_ctrl.experiments.bench_motion import ARMS, RATE, record_line
-from pilegrasp_ctrl.experiments.bench_naive import naive_tick
-from pilegrasp_ctrl.experiments.bench_result import BenchResult, LoopRow, Row, load_result
-from pilegrasp_ctrl.experiments.bench_targets import judge
-from pilegrasp_ctrl.experiments.bench_ticks import allocations, impedance, operational_space
+from pilegrasp_ctrl.experiments.bench import benchmark, imports, peers
+from pilegrasp_ctrl.experiments.bench.clock import Timing, Work, garbage_kept, time_in_turns
+from pilegrasp_ctrl.experiments.bench.compare import compare
+from pilegrasp_ctrl.experiments.bench.markdown import markdown
+from pilegrasp_ctrl.experiments.bench.motion import ARMS, RATE, record_line
+from pilegrasp_ctrl.experiments.bench.naive import naive_tick
+from pilegrasp_ctrl.experiments.bench.result import BenchResult, LoopRow, Row, load_result
+from pilegrasp_ctrl.experiments.bench.targets import judge
+from pilegrasp_ctrl.experiments.bench.ticks import allocations, impedance, operational_space
 from pilegrasp_ctrl.tasks.frame_task import pose_error
 
 NAMES = [source.name for source in ARMS]
@@ -52,7 +52,7 @@ def lines():
 def few_interpreters():
     """Starting them is the slow part, and each is started alike."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bench_imports, "STATEMENTS", {"python": "pass", "import numpy": "import numpy"})
+        patch.setattr(imports, "STATEMENTS", {"python": "pass", "import numpy": "import numpy"})
         yield
 
 

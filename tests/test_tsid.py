@@ -48,7 +48,7 @@ def test_the_regularisation_of_tsid_is_seen(name):
 @pytest.mark.parametrize("name", ARMS)
 @pytest.mark.parametrize("demand", [0.3, 3.0, 20.0])
 def test_torques_are_those_of_the_installed_tsid(name, demand):
-    from pilegrasp_ctrl.experiments.bench_tsid import TsidController
+    from pilegrasp_ctrl.experiments.bench.tsid import TsidController
 
     arm, ours = tsid_problem.load_arm(name), tsid_problem.our_controller(name)
     frame, posture = tsid_problem.FRAMES[name], tsid_problem.posture_task(name)

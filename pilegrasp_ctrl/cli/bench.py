@@ -19,8 +19,8 @@ from .application import app
 from .options import DebugOption, JsonOption, make_console, print_json
 
 if TYPE_CHECKING:
-    from ..experiments.bench_compare import Change
-    from ..experiments.bench_result import BenchResult, Row
+    from ..experiments.bench.compare import Change
+    from ..experiments.bench.result import BenchResult, Row
 
 
 @app.command("bench", epilog="Ratios within one run can be trusted; microseconds belong to the machine and its mood.")
@@ -39,14 +39,14 @@ def bench(
     if save is not None:
         check_output(save, ".json")
 
-    from ..experiments import bench_compare
-    from ..experiments.bench_result import load_result
-    from ..experiments.benchmark import FULL, QUICK, run_benchmark
+    from ..experiments.bench.benchmark import FULL, QUICK, run_benchmark
+    from ..experiments.bench.compare import compare as compare_results
+    from ..experiments.bench.result import load_result
 
     old = None if compare is None else load_result(compare)
     with _progress() as progress:
         result = run_benchmark(QUICK if quick else FULL, progress)
-    changes = None if old is None else bench_compare.compare(old, result)
+    changes = None if old is None else compare_results(old, result)
     if save is not None:
         save.write_text(result.model_dump_json(indent=1) + "\n", encoding="utf-8")
     if as_json:

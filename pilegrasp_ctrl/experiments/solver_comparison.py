@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from ..control.qp import SOLVERS, Solver, make_solver, solve
 from ..exceptions import ConfigurationError, SolverError
-from .bench_clock import Timing, Work, garbage_kept, time_in_turns
+from .bench.clock import Timing, Work, garbage_kept, time_in_turns
 from .naive_solver import NaiveSolver
 from .recorded_program import RecordedProgram
 from .solver_assessment import SolverAssessment, Verdict

@@ -26,8 +26,8 @@ class AccelerationBounds:
     Where limits contradict each other, as for a joint far outside its range, the first one wins, so that a lower bound
     never exceeds the upper one.
 
-    What limits demand of a joint that is outside them is kept to what it can do whatever the others need: a demand that the
-    torques cannot meet would be softened together with those of all other joints.
+    What limits demand of a joint that is outside them is kept to what it can do whatever the others need: a demand
+    that the torques cannot meet would be softened together with those of all other joints.
 
     A limit's two sides are kept as the block [lower; -upper]: the tightest of two blocks is then one maximum. A last
     block [upper; -lower] of the first limit is what no other may exceed.

@@ -9,7 +9,6 @@ from ..types import Array
 from .braking import braking_acceleration
 from .constraint import AffineBounds
 
-
 STOPPING_TIME = 0.05
 """No joint needs to stop from full speed any faster [s]."""
 
@@ -24,9 +23,9 @@ class PositionLimit:
 
     and the mirror image below. Along the border of that set the joint brakes with at most `gain v_max`, so the gain
     is the braking acceleration that the torques allow over the largest speed, at most 1 / `STOPPING_TIME`: the set
-    stays invariant, the joint approaches its limit exponentially, and a joint found beyond its limit returns at the same rate. It is the linear
-    subset of the viable states of Del Prete, "Joint position and velocity bounds in discrete-time
-    acceleration/torque control of robot manipulators", RA-L 3(1), 2018, whose border is a parabola.
+    stays invariant, the joint approaches its limit exponentially, and a joint found beyond its limit returns at the
+    same rate. It is the linear subset of the viable states of Del Prete, "Joint position and velocity bounds in
+    discrete-time acceleration/torque control of robot manipulators", RA-L 3(1), 2018, whose border is a parabola.
 
     Attributes:
         name: how `active_limits` calls it.

@@ -9,9 +9,9 @@ import numpy as np
 import pinocchio as pin
 import qpsolvers
 
-from ..control.operational_space import DEFAULT_GAINS
-from ..types import Array
-from .bench_motion import RATE, RecordedLine
+from ...control.operational_space import DEFAULT_GAINS
+from ...types import Array
+from .motion import RATE, RecordedLine
 
 POSTURE_WEIGHT, POSTURE_STIFFNESS, POSTURE_DAMPING = 1e-4, 100.0, 20.0
 HORIZON = 2.0 / RATE

@@ -7,8 +7,8 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ..exceptions import ConfigurationError
-from .bench_clock import Timing
+from ...exceptions import ConfigurationError
+from .clock import Timing
 
 
 class _Part(BaseModel):
@@ -48,7 +48,7 @@ class Row(_Part):
 
 
 class Memory(_Part):
-    """What a tick allocates; `bench_ticks.Allocation` has the meaning of each number."""
+    """What a tick allocates; `ticks.Allocation` has the meaning of each number."""
 
     key: str
     peak_bytes: float

@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arm_model import ArmModel
-from ..control.operational_space import OperationalSpaceController
-from ..exceptions import ModelError
-from ..trajectories.straight_line import StraightLine
-from ..types import Array, Observation, Reference, frozen_array
-from .arm_simulation import ArmSimulation
+from ...arm_model import ArmModel
+from ...control.operational_space import OperationalSpaceController
+from ...exceptions import ModelError
+from ...trajectories.straight_line import StraightLine
+from ...types import Array, Observation, Reference, frozen_array
+from ..arm_simulation import ArmSimulation
 
 RATE = 500.0
 """Of the control loop [Hz]."""

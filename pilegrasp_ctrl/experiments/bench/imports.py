@@ -9,7 +9,7 @@ from time import perf_counter
 
 import numpy as np
 
-from .bench_clock import Timing
+from .clock import Timing
 
 STATEMENTS = {
     "python": "pass",

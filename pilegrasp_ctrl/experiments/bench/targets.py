@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .bench_result import LoopRow, Row, Target
+from .result import LoopRow, Row, Target
 
 PEER_TARGETS = (("mink", ">=", 2.5), ("pink", ">=", 2.5), ("naive osqp", ">=", 20.0), ("tsid", "<=", 1.7))
 """Tick of a peer over the project's; for TSID, which is C++, the project's over the peer's."""

@@ -7,8 +7,8 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from .. import __version__
-from .bench_result import Settings
+from ... import __version__
+from .result import Settings
 
 PACKAGES = ("pin", "mujoco", "numpy", "daqp", "osqp", "qpsolvers", "mink", "pin-pink", "tsid")
 

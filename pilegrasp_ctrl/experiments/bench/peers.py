@@ -7,7 +7,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import NamedTuple
 
-from .bench_motion import RecordedLine
+from .motion import RecordedLine
 
 
 class Peer(NamedTuple):
@@ -56,34 +56,34 @@ PEERS = (
         "solve_ik with daqp: frame and posture task, position and speed limits; joint velocities, no dynamics",
         "mink",
         "pip install mink",
-        _made_by("bench_mink", "mink_tick"),
+        _made_by("mink", "mink_tick"),
     ),
     Peer(
         "pink",
         "solve_ik with daqp: frame and posture task, position and speed limits; joint velocities, no dynamics",
         "pink",
         "pip install pin-pink",
-        _made_by("bench_pink", "pink_tick"),
+        _made_by("pink", "pink_tick"),
     ),
     Peer(
         "tsid",
         "AccForce formulation in C++ with HQuadProgFast: SE3 and posture task, every limit; torques, no friction",
         "tsid",
         "docs/benchmark.md says how it is built",
-        _made_by("bench_tsid", "tsid_tick"),
+        _made_by("tsid", "tsid_tick"),
     ),
     Peer(
         "naive daqp",
         "the project's program in plain numpy, by qpsolvers.solve_qp with daqp; torques, no friction",
         "qpsolvers",
         "pip install qpsolvers daqp",
-        _made_by("bench_naive", "naive_tick", "daqp"),
+        _made_by("naive", "naive_tick", "daqp"),
     ),
     Peer(
         "naive osqp",
         "the project's program in plain numpy, by qpsolvers.solve_qp with osqp; torques, no friction",
         "qpsolvers",
         "pip install qpsolvers osqp",
-        _made_by("bench_naive", "naive_tick", "osqp"),
+        _made_by("naive", "naive_tick", "osqp"),
     ),
 )

@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 import mink
 import mujoco
 
-from ..robots import path
-from .bench_motion import PANDA_FINGERS, RATE, RecordedLine, panda_urdf
+from ...robots import path
+from .motion import PANDA_FINGERS, RATE, RecordedLine, panda_urdf
 
 
 def mink_tick(line: RecordedLine) -> Callable[[int], object]:

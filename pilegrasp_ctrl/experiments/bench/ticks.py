@@ -10,17 +10,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..control.friction import FrictionCompensation
-from ..control.gains import Impedance
-from ..control.impedance import ImpedanceController
-from ..control.inverse_dynamics import InverseDynamics
-from ..control.operational_space import DEFAULT_GAINS, OperationalSpaceController
-from ..tasks.frame_motion_task import FrameMotionTask
-from ..tasks.frame_task import pose_error
-from ..tasks.posture_task import PostureTask
-from ..types import Array, ControllerOutput
-from .bench_clock import LEAD_IN, WARM_UP, Timing, Work
-from .bench_motion import RATE, RecordedLine
+from ...control.friction import FrictionCompensation
+from ...control.gains import Impedance
+from ...control.impedance import ImpedanceController
+from ...control.inverse_dynamics import InverseDynamics
+from ...control.operational_space import DEFAULT_GAINS, OperationalSpaceController
+from ...tasks.frame_motion_task import FrameMotionTask
+from ...tasks.frame_task import pose_error
+from ...tasks.posture_task import PostureTask
+from ...types import Array, ControllerOutput
+from .clock import LEAD_IN, WARM_UP, Timing, Work
+from .motion import RATE, RecordedLine
 
 SPRINGS = Impedance(stiffness=[800.0, 800.0, 800.0, 30.0, 30.0, 30.0])
 """Of the impedance tick: of the order of the shipped ones [N/m, N·m/rad]."""

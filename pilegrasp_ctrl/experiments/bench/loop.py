@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from ..config import load_scenario
-from ..episode import _Loop
-from ..preparation import prepare
-from ..sim.backend import Simulation
-from ..types import Array, Observation
-from .bench_result import LoopRow
+from ...config import load_scenario
+from ...episode import _Loop
+from ...preparation import prepare
+from ...sim.backend import Simulation
+from ...types import Array, Observation
+from .result import LoopRow
 
 CHUNK = 50
 """Control periods between two replays."""

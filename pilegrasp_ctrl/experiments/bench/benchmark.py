@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from .bench_clock import Work, garbage_kept, time_in_turns
-from .bench_imports import time_imports
-from .bench_loop import loop_rows, time_loop
-from .bench_machine import settings_of, versions
-from .bench_motion import ARMS, BenchArm, RecordedLine, record_line, tighten
-from .bench_result import BenchResult, Memory, Row, timed_row
-from .bench_targets import judge
-from .bench_ticks import StagedTick, allocations, impedance, operational_space
+from .clock import Work, garbage_kept, time_in_turns
+from .imports import time_imports
+from .loop import loop_rows, time_loop
+from .machine import settings_of, versions
+from .motion import ARMS, BenchArm, RecordedLine, record_line, tighten
 from .peers import PEERS
+from .result import BenchResult, Memory, Row, timed_row
+from .targets import judge
+from .ticks import StagedTick, allocations, impedance, operational_space
 
 Progress = Callable[[float, str], None]
 

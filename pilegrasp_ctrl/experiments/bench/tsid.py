@@ -11,14 +11,14 @@ from collections.abc import Callable
 import numpy as np
 import pinocchio as pin
 
-from ..arm_model import ArmModel
-from ..control.gains import MotionGains
-from ..control.operational_space import DEFAULT_GAINS
-from ..limits.braking import braking_acceleration
-from ..limits.velocity_limit import VelocityLimit
-from ..tasks.posture_task import PostureTask
-from ..types import Array, Observation, Reference
-from .bench_motion import RATE, RecordedLine
+from ...arm_model import ArmModel
+from ...control.gains import MotionGains
+from ...control.operational_space import DEFAULT_GAINS
+from ...limits.braking import braking_acceleration
+from ...limits.velocity_limit import VelocityLimit
+from ...tasks.posture_task import PostureTask
+from ...types import Array, Observation, Reference
+from .motion import RATE, RecordedLine
 
 with warnings.catch_warnings():
     # Its bindings register a type twice and say so.

@@ -1,6 +1,6 @@
 """A saved result of the benchmark as Markdown: the tables of docs/benchmark.md.
 
-Usage: python -m pilegrasp_ctrl.experiments.bench_markdown F.json
+Usage: python -m pilegrasp_ctrl.experiments.bench.markdown F.json
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from .bench_result import BenchResult, load_result
+from .result import BenchResult, load_result
 
 
 def markdown(result: BenchResult) -> str:

@@ -9,7 +9,7 @@ import pinocchio as pin
 from pink import Configuration, solve_ik  # type: ignore[import-not-found,import-untyped,unused-ignore]
 from pink.tasks import FrameTask, PostureTask  # type: ignore[import-not-found,import-untyped,unused-ignore]
 
-from .bench_motion import RATE, RecordedLine
+from .motion import RATE, RecordedLine
 
 
 def pink_tick(line: RecordedLine) -> Callable[[int], object]:

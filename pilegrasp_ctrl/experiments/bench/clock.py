@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..types import Array
+from ...types import Array
 
 WARM_UP = 20
 """Calls of each piece of work before the first block counts."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import hypot, sqrt
 from typing import NamedTuple
 
-from .bench_result import BenchResult, LoopRow
+from .result import BenchResult, LoopRow
 
 BETWEEN_RUNS = 0.05
 """How far ratios of two runs of the same code differ beyond what the blocks of either tell.
