@@ -152,11 +152,10 @@ def load_scenario(name: str | Path, overrides: Mapping[str, Any] | None = None) 
     except (ValueError, RecursionError) as error:
         raise ConfigurationError(f"{path}: is not valid TOML: {error}") from None
     table.setdefault("name", path.stem)
-    controller, pile = table.get("controller"), table.get("pile")
-    if isinstance(controller, dict) and isinstance(controller.get("gains"), str):
-        controller["gains"] = str(path.parent / controller["gains"])
-    if isinstance(pile, dict) and isinstance(pile.get("object"), str) and is_file(pile["object"]):
-        pile["object"] = str(path.parent / pile["object"])
+    for section, key in (("controller", "gains"), ("pile", "object")):
+        keys = table.get(section)
+        if isinstance(keys, dict) and isinstance(file := keys.get(key), str) and (key == "gains" or is_file(file)):
+            keys[key] = str(path.parent / file)
     return build_scenario(table, overrides, source=str(path))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import tomllib
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -15,6 +17,34 @@ def names() -> list[str]:
     return sorted(path.stem for path in FOLDER.glob("*.toml"))
 
 
+def object_files() -> dict[str, Path]:
+    """Return the files of the objects that ship, by name, in alphabetical order."""
+    return {path.stem: path for path in sorted((FOLDER / "objects").glob("*.toml"))}
+
+
+def object_digests(path: Path) -> list[str]:
+    """Return SHA-256 digests of the file of an object and of the meshes that it names.
+
+    Raises:
+        ConfigurationError: where one of them cannot be read, or the file is not TOML.
+    """
+    try:
+        content = path.read_bytes()
+        table = tomllib.loads(content.decode("utf-8-sig"))
+        places = [place for place in (table, *table.values()) if isinstance(place, dict)]
+        meshes = [path.parent / place["file"] for place in places if isinstance(place.get("file"), str)]
+        return [hashlib.sha256(data).hexdigest() for data in (content, *(mesh.read_bytes() for mesh in meshes))]
+    except OSError as error:
+        raise ConfigurationError(f"{error.filename}: cannot be read: {error.strerror}") from None
+    except (ValueError, RecursionError) as error:
+        raise ConfigurationError(f"{path}: is not valid TOML: {error}") from None
+
+
+def is_file(name: str) -> bool:
+    """Return whether a text is meant as a file: it ends in `.toml` or holds a slash."""
+    return name.lower().endswith(".toml") or "/" in name
+
+
 def find(name: str | Path) -> Path:
     """Return the TOML file of a scenario.
 
@@ -24,7 +54,7 @@ def find(name: str | Path) -> Path:
     Raises:
         ConfigurationError: where no scenario of that name ships.
     """
-    if isinstance(name, Path) or name.lower().endswith(".toml") or "/" in name:
+    if isinstance(name, Path) or is_file(name):
         return Path(name)
     if name in names():
         return FOLDER / f"{name}.toml"

@@ -73,11 +73,7 @@ class CompiledMotion:
 
 
 def _factors(friction: FrictionCompensation | None, n: int) -> tuple[Array, Array]:
-    return (
-        (np.zeros(n), np.zeros(n))
-        if friction is None
-        else (friction.coulomb, friction.viscous)
-    )
+    return (np.zeros(n), np.zeros(n)) if friction is None else (friction.coulomb, friction.viscous)
 
 
 def _friction_numbers(friction: FrictionCompensation | None) -> tuple[float, ...]:

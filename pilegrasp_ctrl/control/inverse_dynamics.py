@@ -161,9 +161,7 @@ class InverseDynamics:
         np.multiply(twist, self._task.sqrt_weight, out=self._tool_velocity)
         return solve_positive_definite(self._program.H, self._velocity_target.dot(self._A))
 
-    def solve(
-        self, state: ArmState, friction: Array | None = None, cancelled: Array | None = None
-    ) -> ControllerOutput:
+    def solve(self, state: ArmState, friction: Array | None = None, cancelled: Array | None = None) -> ControllerOutput:
         """Return the torques for what was assembled.
 
         Both torques below are added to that of the accelerations, and count into the torque limits.

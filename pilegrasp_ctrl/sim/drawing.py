@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
 
@@ -27,8 +29,7 @@ def drawn_bodies(scene: Scene) -> tuple[tuple[Body, ...], np.ndarray]:
         first = int(model.body_geomadr[body])
         shapes = tuple(
             Shape(
-                kind=_KINDS[mujoco.mjtGeom(int(model.geom_type[geom]))],
-                size=model.geom_size[geom].tolist(),
+                **_outline(model, geom),
                 position=model.geom_pos[geom].tolist(),
                 quaternion=model.geom_quat[geom].tolist(),
                 rgba=np.clip(model.geom_rgba[geom].astype(float), 0.0, 1.0).tolist(),
@@ -40,6 +41,16 @@ def drawn_bodies(scene: Scene) -> tuple[tuple[Body, ...], np.ndarray]:
             bodies.append(Body(model.body(body).name, _role(scene, body), shapes))
             ids.append(body)
     return tuple(bodies), np.array(ids)
+
+
+def _outline(model: Any, geom: int) -> dict[str, Any]:
+    """Return kind and size; a recording knows no meshes, so a hull is drawn as the ellipsoid of the same inertia."""
+    kind = mujoco.mjtGeom(int(model.geom_type[geom]))
+    if kind != mujoco.mjtGeom.mjGEOM_MESH:
+        return {"kind": _KINDS[kind], "size": model.geom_size[geom].tolist()}
+    body = int(model.geom_bodyid[geom])
+    inertia = model.body_inertia[body] / model.body_mass[body]
+    return {"kind": "ellipsoid", "size": np.sqrt(2.5 * (inertia.sum() - 2.0 * inertia)).tolist()}
 
 
 def _role(scene: Scene, body: int) -> str:

@@ -16,12 +16,14 @@ from ..exceptions import PileError
 from ..types import Array
 from .contact import NATURAL_FREQUENCY, OBJECT_IMPEDANCE, Rule, add_pair, combine, pair_parameters
 from .layout import Layout
-from .objects import ObjectKind
+from .object_kind import ObjectKind
 from .scene import add_objects, add_support, new_spec
 from .surface import SUPPORT
 
 FRAME_HEIGHT = 0.6
 PANEL_HALF_THICKNESS = 0.02
+SPACINGS = (2.08, 2.02)
+"""Of the grid that objects drop from, over their bounding radius; the second where the first leaves no room."""
 LIFT_SPEED = 0.3
 PEDESTAL = (0.2, 0.1)
 """Radius and half height of the room that the arm's base takes above the table [m]."""
@@ -31,7 +33,7 @@ REST_TIME = 0.3
 """The pile is settled when all objects have rested for this long [s]."""
 TIME_LIMIT = 20.0
 """Of the simulated settling, for each of its two phases [s]."""
-CACHE_VERSION = 7
+CACHE_VERSION = 8
 
 
 def settle_pile(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: Rule, timestep: float) -> Array:
@@ -130,17 +132,38 @@ def _add_pedestal(spec: mujoco.MjSpec) -> str:
 
 
 def _drop_poses(kind: ObjectKind, count: int, layout: Layout, rng: np.random.Generator) -> Array:
-    """Return random poses (count, 7) above the frame's floor that do not overlap: a jittered grid, layer on layer."""
-    radius = kind.bounding_radius
-    cell = 2.08 * radius
-    per_side = max(1, int(layout.frame_size // cell))
-    pitch = layout.frame_size / per_side
-    layers = math.ceil(count / per_side**2)
-    if layers * cell > FRAME_HEIGHT:
+    """Return random poses (count, 7) above the frame's floor that do not overlap: a jittered grid, layer on layer.
+
+    The objects of a net are dropped together, upright and side by side; whatever stands alone falls as it likes.
+    """
+    if kind.net is None:
+        return _grid(kind.bounding_radius, count, layout, rng)
+    radius = max(kind.net.ring_radius(kind.flank_radius) + kind.flank_radius, kind.bounding_radius)
+    if 2.0 * radius > layout.frame_size:
+        raise PileError(
+            f"{kind.net.members} tied objects need {2000 * radius:.0f} mm side by side and do not fit into the frame "
+            f"of {1000 * layout.frame_size:.0f} mm; raise pile.frame_size or lower pile.scale"
+        )
+    bags = _grid(radius, count // kind.net.members, layout, rng)
+    yaw = rng.uniform(-math.pi, math.pi, size=len(bags))
+    bags[:, 3:] = np.stack([np.cos(yaw / 2.0), 0.0 * yaw, 0.0 * yaw, np.sin(yaw / 2.0)], axis=-1)
+    return kind.net.spread(bags, kind.flank_radius)
+
+
+def _grid(radius: float, count: int, layout: Layout, rng: np.random.Generator) -> Array:
+    """Return random poses (count, 7) of balls of `radius` [m]."""
+    for spacing in SPACINGS:
+        cell = spacing * radius
+        per_side = max(1, int(layout.frame_size // cell))
+        layers = math.ceil(count / per_side**2)
+        if layers * cell <= FRAME_HEIGHT:
+            break
+    else:
         raise PileError(
             f"{count} objects need {layers} layers of {1000 * cell:.0f} mm and overflow the frame's height of "
             f"{1000 * FRAME_HEIGHT:.0f} mm; lower pile.count or raise pile.frame_size"
         )
+    pitch = layout.frame_size / per_side
     slack = max(0.0, 0.5 * pitch - 1.02 * radius)
     cosine, sine = math.cos(layout.frame_yaw), math.sin(layout.frame_yaw)
     poses = np.zeros((count, 7))

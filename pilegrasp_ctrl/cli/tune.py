@@ -1,0 +1,179 @@
+"""`pilegrasp tune`."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from ..exceptions import ConfigurationError
+from .application import app
+from .options import DebugOption, JsonOption, make_console, print_json
+
+
+class Kind(StrEnum):
+    """Controllers whose gains can be tuned."""
+
+    operational_space = "operational_space"
+    impedance = "impedance"
+
+
+@app.command(
+    "tune",
+    epilog="Run it again with the same options and it does only what is missing; an interrupt loses no finished trial.",
+)
+def tune(
+    scenario: Annotated[
+        str,
+        typer.Argument(metavar="NAME|FILE.toml", help="A scenario that `pilegrasp list` shows, or a file of your own."),
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the gains, the trials and the page.")],
+    controller: Annotated[
+        Kind | None,
+        typer.Option(
+            metavar="operational_space|impedance",
+            help="Which controller's gains; the scenario's or the hand's own where absent.",
+        ),
+    ] = None,
+    trials: Annotated[int, typer.Option(min=1, metavar="N", help="How many gains to try, the start among them.")] = 60,
+    seeds: Annotated[
+        str, typer.Option(metavar="FIRST:LAST", help="Seeds that each trial runs, the last one left out.")
+    ] = "0:1",
+    jobs: Annotated[int, typer.Option(min=1, metavar="N", help="Processes; more than 4 bring nothing.")] = 1,
+    start: Annotated[
+        Path | None, typer.Option(metavar="GAINS.toml", help="Gains to begin with; the shipped ones where absent.")
+    ] = None,
+    late: Annotated[
+        int,
+        typer.Option(min=0, metavar="N", help="Demand the margin with torques that come so many control periods late."),
+    ] = 0,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a key, as in line.speed=0.2; may be repeated."),
+    ] = None,
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """Search for controller gains: small tracking error, calm torques, and a margin before the loop rings."""
+    from ..config import load_scenario, parse_overrides
+
+    overrides = parse_overrides(settings or [])
+    if controller is not None:
+        overrides["controller.kind"] = controller.value
+    chosen = load_scenario(scenario, overrides)
+    numbers = _seeds(seeds)
+
+    from ..experiments.tuning import carry_out, check_seeds, plan_search
+
+    check_seeds(numbers)
+    search = plan_search(chosen, out, start=start, seeds=numbers, late=late)
+
+    from ..experiments.tuning_analysis import explain
+    from ..experiments.tuning_results import write_results
+
+    with _progress(chosen.name) as progress:
+        try:
+            store = carry_out(search, trials, jobs, progress)
+        except KeyboardInterrupt:
+            print(f"stopped; the finished trials are kept in {out}, and the same command goes on", file=sys.stderr)
+            raise
+        explanation = explain(search, store, jobs, progress)
+    options = {"--controller": controller, "--trials": trials, "--seeds": seeds, "--jobs": jobs, "--start": start}
+    command = _command(scenario, {**options, "--late": late or None}, settings or [], out)
+    document = write_results(explanation, command)
+    if as_json:
+        print_json(document)
+    else:
+        _print_result(document)
+
+
+def _seeds(text: str) -> tuple[int, ...]:
+    first, colon, last = text.partition(":")
+    try:
+        numbers = range(int(first), int(last) if colon else int(first) + 1)
+    except ValueError:
+        numbers = range(0)
+    if not numbers or numbers[0] < 0:
+        raise ConfigurationError(f"--seeds {text!r} must be FIRST:LAST, the last one left out, such as 0:3 for 0, 1, 2")
+    if len(numbers) > 1000:
+        raise ConfigurationError(f"--seeds {text!r} asks for {len(numbers)} attempts in each trial; 1000 are enough")
+    return tuple(numbers)
+
+
+def _command(scenario: str, options: Mapping[str, Any], settings: list[str], out: Path) -> str:
+    """Return the command that does this again."""
+    words = ["pilegrasp", "tune", scenario]
+    for name, value in options.items():
+        words += [] if value is None else [name, str(value)]
+    for setting in settings:
+        words += ["--set", setting]
+    return shlex.join([*words, "--out", str(out)])
+
+
+@contextmanager
+def _progress(name: str) -> Iterator[Callable[[str, int, int, float | None], None] | None]:
+    """Show what is done, its rate, the time left and the best so far; nothing where nobody watches."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[best]}"),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(escape(f"{name}: preparing"), total=None, rate="", best="")
+        stage, best = "", ""
+
+        def show(what: str, done: int, total: int, tracking: float | None) -> None:
+            nonlocal stage, best
+            best = best if tracking is None else f"best {tracking:.3g} mm"
+            if what != stage:
+                # `reset` forgets the fields that it is not given.
+                name_and_stage = escape(f"{name}: {what}")
+                bar.reset(task, total=total, completed=done, description=name_and_stage, rate="", best=best)
+                stage = what
+            speed = bar.tasks[0].speed
+            bar.update(task, completed=done, total=total, rate=f"{60.0 * speed:.0f}/min" if speed else "", best=best)
+
+        yield show
+
+
+def _print_result(document: Mapping[str, Any]) -> None:
+    console = make_console()
+    trials = document["trials"]
+    console.print(
+        f"{escape(document['scenario'])}, {document['controller']}: {trials['finished']} trials, "
+        f"{trials['failed']} not completed, {trials['with_margin']} with margin",
+        highlight=False,
+        soft_wrap=True,
+    )
+    table = Table(box=None, pad_edge=False)
+    for column in ("", "start", "best"):
+        table.add_column(column, justify="right" if column else "left")
+    start, best = document["start"], document["best"]
+    for name, unit in document["objectives"].items():
+        cells = [part["measured"] for part in (start, best)]
+        table.add_row(escape(f"{name} [{unit}]"), *("-" if cell is None else f"{cell[name]:.3g}" for cell in cells))
+    table.add_row("stability margin", *(_margin(part["margin"]) for part in (start, best)))
+    console.print(table)
+    console.print(f"Best: {escape(document['rule'])}.", soft_wrap=True, highlight=False)
+    for path in document["files"].values():
+        console.print(f"wrote {escape(path)}", highlight=False, soft_wrap=True)
+
+
+def _margin(margin: Mapping[str, Any]) -> str:
+    return f"{'>' if margin['at_least'] else ''}{margin['factor']:.2g}"

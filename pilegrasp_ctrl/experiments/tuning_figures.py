@@ -1,0 +1,264 @@
+"""The figures of a search's page: small panels, each an SVG that follows the page's colours."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable, Sequence
+from functools import wraps
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from .stability_margin import MOST
+from .tuning_analysis import AXES, Contender, Explanation, SweepPoint
+from .tuning_objectives import Measured, objective_names
+from .tuning_store import TrialRecord
+
+# Drawn in colours that no figure uses, each of which the page then names: so one drawing serves light and dark.
+COLOURS = {
+    "ink": "#010203",
+    "soft": "#010204",
+    "rule": "#010205",
+    "paper": "#010206",
+    "start": "#010207",
+    "best": "#010208",
+    "front": "#010209",
+    "bad": "#01020a",
+}
+INK, SOFT, RULE, PAPER, START, BEST, FRONT, BAD = COLOURS.values()
+WIDE, SMALL = (4.4, 3.1), (3.0, 2.1)
+"""Width and height of a panel [in]."""
+LABELS = {"tracking": "tracking error [mm]", "activity": "torque activity [%]", "overshoot": "force beyond F_grasp [N]"}
+
+_KINDS = ((False, "x", BAD, "rings too early"), (True, "o", SOFT, "keeps the margin"))
+"""Whether a trial is feasible, and how it is drawn."""
+
+_STYLE: Any = {
+    "svg.fonttype": "none",
+    "svg.hashsalt": "pilegrasp",
+    "font.family": "sans-serif",
+    "font.size": 9.0,
+    "text.color": INK,
+    "axes.edgecolor": RULE,
+    "axes.labelcolor": SOFT,
+    "axes.facecolor": "none",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 9.0,
+    "axes.titlecolor": INK,
+    "xtick.color": SOFT,
+    "ytick.color": SOFT,
+    "grid.color": RULE,
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "legend.labelcolor": INK,
+    "lines.linewidth": 1.6,
+    "figure.constrained_layout.use": True,
+}
+
+
+def _styled(draw: Callable[..., str]) -> Callable[..., str]:
+    """Draw in the page's style, whatever the user's own settings of matplotlib are."""
+
+    @wraps(draw)
+    def styled(*arguments: Any) -> str:
+        with mpl.rc_context({**mpl.rcParamsDefault, **_STYLE}):
+            return draw(*arguments)
+
+    return styled
+
+
+@_styled
+def trade_off(explanation: Explanation, x: str) -> str:
+    """Return the trials in the plane of tracking and another objective, the front, the start and the best."""
+    figure, axes = _panel(WIDE)
+    rows = [record for record in explanation.records if record.report.measured is not None]
+    for kept, marker, colour, label in _KINDS:
+        chosen = [record for record in rows if record.report.feasible is kept]
+        if chosen:
+            style: dict[str, Any] = {"facecolor": "none"} if kept else {}
+            axes.scatter(*_plane(chosen, x), s=16, marker=marker, color=colour, linewidth=0.9, label=label, **style)
+    front = explanation.front
+    if len(front) > 1 and len(objective_names(explanation.search.scenario)) == 2:
+        axes.plot(*_plane(front, x), color=FRONT, linewidth=1.2, zorder=1)
+    axes.scatter(*_plane(front, x), s=16, color=FRONT, label="Pareto front")
+    for contender, marker, colour, label in (
+        (explanation.start, "^", START, "start"),
+        (explanation.best, "*", BEST, "best"),
+    ):
+        if contender.record.report.measured is not None:
+            size = 150 if marker == "*" else 70
+            axes.scatter(*_plane([contender.record], x), s=size, marker=marker, color=colour, label=label, zorder=3)
+    axes.set(xscale="linear" if x == "overshoot" else "log", yscale="log", xlabel=LABELS[x], ylabel=LABELS["tracking"])
+    _plain_ticks(axes)
+    _legend_above(figure, axes, 3)
+    return _svg(figure, f"tracking error against {LABELS[x]}")
+
+
+@_styled
+def history(explanation: Explanation) -> str:
+    """Return the tracking error of every trial, and the smallest with margin so far."""
+    figure, axes = _panel(WIDE)
+    rows = [record for record in explanation.records if record.report.measured is not None]
+    errors = [_of(record, "tracking") if record.report.feasible else np.inf for record in rows]
+    numbers = [record.number for record in rows]
+    for kept, marker, colour, _ in _KINDS:
+        chosen = [record for record in rows if record.report.feasible is kept]
+        style: dict[str, Any] = {"facecolor": "none"} if kept else {}
+        if chosen:
+            tracking = [_of(record, "tracking") for record in chosen]
+            chosen_numbers = [record.number for record in chosen]
+            axes.scatter(chosen_numbers, tracking, s=14, marker=marker, color=colour, linewidth=0.9, **style)
+    axes.step(numbers, np.minimum.accumulate(errors), where="post", color=BEST, label="smallest with margin so far")
+    failed = [record.number for record in explanation.records if record.report.measured is None]
+    for place, number in enumerate(failed):
+        axes.axvline(number, color=BAD, linewidth=0.6, label="not completed" if place == 0 else None)
+    axes.set(yscale="log", xlabel="trial", ylabel=LABELS["tracking"])
+    _plain_ticks(axes)
+    _legend_above(figure, axes, 2)
+    return _svg(figure, "tracking error over the trials")
+
+
+@_styled
+def step_panel(explanation: Explanation, axis: int) -> str:
+    """Return the responses of start and best to a step along one axis, as a share of it."""
+    figure, axes = _panel(SMALL)
+    axes.axhline(1.0, color=SOFT, linewidth=0.6)
+    for contender, colour, style, label in (
+        (explanation.start, START, "--", "start"),
+        (explanation.best, BEST, "-", "best"),
+    ):
+        response = contender.responses[axis]
+        if response is not None:
+            covered = 1.0 - response.error[:, axis] / response.step[axis]
+            axes.plot(1e3 * response.time, covered, style, color=colour, label=label)
+    axes.set(title=AXES[axis], xlabel="time [ms]", xlim=(0.0, 1e3 * _moving(explanation)), ylim=(-0.1, 1.6))
+    axes.grid(axis="y")
+    axes.legend(loc="lower right")
+    return _svg(figure, f"step response, {AXES[axis]}")
+
+
+@_styled
+def margin_panel(explanation: Explanation) -> str:
+    """Return the ringing over the factor on the stiffness, as simulated and a control period later."""
+    figure, axes = _panel(WIDE)
+    for contender, colour, label in ((explanation.start, START, "start"), (explanation.best, BEST, "best")):
+        for late, margin in contender.margins.items():
+            factors, ringing = np.array(margin.probes).T
+            name = label if late == 0 else f"{label}, {late} period{'s' if late > 1 else ''} later"
+            style = ("-", "--", ":")[min(late, 2)]
+            axes.plot(factors, np.clip(ringing, 1e-2, MOST), style, marker=".", color=colour, label=name)
+    axes.axhline(1.0, color=BAD, linewidth=1.0)
+    axes.axvline(1.0, color=RULE, linewidth=0.8)
+    axes.set(xscale="log", yscale="log", xlabel="factor on the stiffness", ylabel="ringing (1 and above rings)")
+    _plain_ticks(axes)
+    _legend_above(figure, axes, 2)
+    return _svg(figure, "ringing over the factor on the stiffness")
+
+
+@_styled
+def sweep_panel(explanation: Explanation, name: str) -> str:
+    """Return how the objectives change with one gain, in multiples of the best's."""
+    figure, axes = _panel(SMALL)
+    points = explanation.sweeps[name]
+    known = [point for point in points if point.measured is not None]
+    centre = _value(explanation, name)
+    reference = min(known, key=lambda point: abs(np.log(point.value / centre)), default=None)
+    if reference is not None:
+        for objective, colour, style in (("tracking", BEST, "-"), ("activity", FRONT, "--"), ("overshoot", START, ":")):
+            values = _relative(known, reference, objective)
+            if values is not None:
+                axes.plot([point.value for point in known], values, style, color=colour, label=objective)
+    for point in points:
+        if point.rings:
+            axes.axvline(point.value, color=BAD, linewidth=5.0, alpha=0.25)
+    axes.axvline(centre, color=INK, linewidth=0.8)
+    unit = explanation.search.space.units[name]
+    label = f"{name.replace('_', ' ')}{'' if unit == '1' else f' [{unit}]'}"
+    axes.set(xscale="log", yscale="log", xlabel=label, ylabel="multiple of the best")
+    _plain_ticks(axes)
+    axes.legend(loc="best")
+    return _svg(figure, f"objectives over {name}")
+
+
+def _moving(explanation: Explanation) -> float:
+    """Return how long the slowest response of all goes on moving by more than a hundredth of its step [s]."""
+    last = 0.05
+    for contender in (explanation.start, explanation.best):
+        for axis, response in enumerate(contender.responses):
+            if response is not None:
+                error = response.error[:, axis] / response.step[axis]
+                moving = np.flatnonzero(np.abs(error - error[-1]) > 0.01)
+                last = max(last, float(response.time[moving[-1]]) if moving.size else 0.0)
+    return 1.1 * last
+
+
+def _value(explanation: Explanation, name: str) -> float:
+    return explanation.search.space.rounded(explanation.best.record.values)[name]
+
+
+def _relative(known: Sequence[SweepPoint], reference: SweepPoint, objective: str) -> list[float] | None:
+    def of(measured: Measured | None) -> float | None:
+        return None if measured is None else getattr(measured, objective)
+
+    unit = of(reference.measured)
+    values = [of(point.measured) for point in known]
+    return [value / unit for value in values if value is not None] if unit else None
+
+
+def _of(record: TrialRecord, objective: str) -> float:
+    return float(getattr(record.report.measured, objective))
+
+
+def _plane(records: Sequence[TrialRecord], x: str) -> tuple[list[float], list[float]]:
+    return [_of(record, x) for record in records], [_of(record, "tracking") for record in records]
+
+
+def _panel(size: tuple[float, float]) -> tuple[Figure, Axes]:
+    figure = Figure(figsize=size)
+    return figure, figure.subplots()
+
+
+def _legend_above(figure: Figure, axes: Axes, columns: int) -> None:
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=columns, handlelength=1.6)
+
+
+def _plain_ticks(axes: Axes) -> None:
+    """Write 0.2 rather than a power of ten."""
+    formatter: Any = mpl.ticker.FuncFormatter(lambda value, _: f"{value:g}")
+    for side in (axes.xaxis, axes.yaxis):
+        if side.get_scale() == "log":
+            side.set_major_locator(mpl.ticker.LogLocator(subs=_subs(side), numticks=8))
+            side.set_major_formatter(formatter)
+            side.set_minor_formatter(mpl.ticker.NullFormatter())
+
+
+def _subs(side: Any) -> tuple[float, ...]:
+    """Return the digits at which ticks stand: more of them where the axis spans little."""
+    low, high = side.get_view_interval()
+    return (1.0, 2.0, 5.0) if high / low > 8.0 else (1.0, 1.2, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
+
+
+def _svg(figure: Figure, description: str) -> str:
+    """Return the drawing as an element of an HTML page: no declarations, no addresses, no size of its own."""
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
+    text = buffer.getvalue()
+    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
+    text = re.sub(r'\sxmlns(:xlink)?="[^"]*"', "", text).replace("xlink:href", "href")
+    text = re.sub(
+        r'<svg [^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="img" aria-label="{description}">', text, count=1
+    )
+    for name, colour in COLOURS.items():
+        text = text.replace(colour, f"var(--{name})")
+    return text
+
+
+def contender_responses(contender: Contender) -> int:
+    """Return how many of the six responses were bent by a limit or diverged."""
+    return sum(response is None or bool(response.active_limits) for response in contender.responses)

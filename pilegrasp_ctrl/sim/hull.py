@@ -1,0 +1,104 @@
+"""A mesh as the simulation takes it: its convex hull, about its centre of mass and along its principal axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from ..exceptions import ConfigurationError
+
+LARGEST_HULL = 200
+"""Vertices that a hull keeps at most; a collision of hulls costs time by the vertex."""
+
+FORMATS = (".stl", ".obj")
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Hull:
+    """A convex polyhedron. Tuples, so that it can be compared and hashed and its `repr` says everything.
+
+    Attributes:
+        vertices: (n, 3) [m] about the centre of mass, along the principal axes.
+        faces: (m, 3) indices of the vertices.
+        volume: [m³].
+        moments: principal moments of inertia per mass of the homogeneous solid [m²].
+    """
+
+    vertices: tuple[Triple, ...]
+    faces: tuple[tuple[int, int, int], ...]
+    volume: float
+    moments: Triple
+
+    @classmethod
+    def load(cls, file: Path, factor: float) -> Hull:
+        """Read the convex hull of an STL (binary) or OBJ file whose coordinates times `factor` are metres.
+
+        Raises:
+            ConfigurationError: where the file is missing, of another format, damaged, or without a volume.
+        """
+        if file.suffix.lower() not in FORMATS:
+            raise ConfigurationError(f"{file}: a mesh must be one of {', '.join(FORMATS)}")
+        if not file.is_file():
+            raise ConfigurationError(f"{file}: no such mesh")
+        spec = mujoco.MjSpec()
+        spec.add_mesh(
+            name="mesh", file=str(file.resolve()), scale=[factor] * 3, maxhullvert=LARGEST_HULL, inertia=_CONVEX
+        )
+        return cls._compile(spec, str(file))
+
+    @classmethod
+    def _compile(cls, spec: mujoco.MjSpec, source: str) -> Hull:
+        spec.worldbody.add_body().add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh", density=1.0)
+        try:
+            model = spec.compile()
+        except ValueError as error:
+            why = str(error).splitlines()[0].removeprefix("Error: ")
+            raise ConfigurationError(
+                f"{source}: cannot be used as a mesh, which must be a body with a volume in binary STL or OBJ: {why}"
+            ) from None
+        graph, vertices = model.mesh_graph, np.asarray(model.mesh_vert, dtype=float)
+        count, faces = int(graph[0]), int(graph[1])
+        kept = graph[2 + count : 2 + 2 * count]
+        triangles = graph[2 + 3 * count + 3 * faces : 2 + 3 * count + 6 * faces].reshape(-1, 3)
+        local = {int(index): i for i, index in enumerate(kept)}
+        volume = float(model.body_mass[1])
+        return cls(
+            vertices=tuple(tuple(row) for row in vertices[kept].tolist()),
+            faces=tuple(tuple(local[int(index)] for index in row) for row in triangles),  # type: ignore[misc]
+            volume=volume,
+            moments=tuple((model.body_inertia[1] / volume).tolist()),
+        )
+
+    def scaled(self, factor: float) -> Hull:
+        """Return the hull with its lengths multiplied."""
+        vertices = tuple((factor * x, factor * y, factor * z) for x, y, z in self.vertices)
+        a, b, c = (factor**2 * moment for moment in self.moments)
+        return Hull(vertices, self.faces, factor**3 * self.volume, (a, b, c))
+
+    @property
+    def half_extents(self) -> Triple:
+        """Half of the widths along the principal axes [m]."""
+        x, y, z = (0.5 * np.ptp(np.array(self.vertices), axis=0)).tolist()
+        return x, y, z
+
+    @property
+    def bounding_radius(self) -> float:
+        """Of the sphere about the centre of mass [m]."""
+        return float(np.linalg.norm(self.vertices, axis=1).max())
+
+    def add_to(self, spec: mujoco.MjSpec, name: str) -> None:
+        """Add the hull to `spec` as a mesh, once."""
+        if spec.mesh(name) is None:
+            spec.add_mesh(
+                name=name,
+                uservert=np.ravel(self.vertices).tolist(),
+                userface=np.ravel(self.faces).tolist(),
+                inertia=_CONVEX,
+            )
+
+
+_CONVEX = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
