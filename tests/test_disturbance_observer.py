@@ -11,9 +11,9 @@ from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
 from pilegrasp_ctrl.exceptions import ConfigurationError, ModelError
 from pilegrasp_ctrl.experiments.arm_simulation import ArmSimulation
 from pilegrasp_ctrl.experiments.follow import follow
-from pilegrasp_ctrl.experiments.late_controller import LateController
 from pilegrasp_ctrl.experiments.observed_controller import ObservedController
 from pilegrasp_ctrl.experiments.spring_wall import SpringWall
+from pilegrasp_ctrl.experiments.tuning.late_controller import LateController
 from pilegrasp_ctrl.trajectories.straight_line import StraightLine
 from pilegrasp_ctrl.types import Observation, Reference
 

@@ -73,13 +73,13 @@ def tune(
     chosen = load_scenario(scenario, overrides)
     numbers = _seeds(seeds)
 
-    from ..experiments.tuning import carry_out, check_seeds, plan_search
+    from ..experiments.tuning.search import carry_out, check_seeds, plan_search
 
     check_seeds(numbers)
     search = plan_search(chosen, out, start=start, seeds=numbers, late=late)
 
-    from ..experiments.tuning_analysis import explain
-    from ..experiments.tuning_results import write_results
+    from ..experiments.tuning.analysis import explain
+    from ..experiments.tuning.results import write_results
 
     with _progress(chosen.name) as progress:
         try:

@@ -13,17 +13,17 @@ import numpy as np
 import optuna
 from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
 
-from ..control.gains import load_gains
-from ..exceptions import ConfigurationError, SimulationError
+from ...control.gains import load_gains
+from ...exceptions import ConfigurationError, SimulationError
+from ..step_response import StepResponse, step_response
+from .choice import choose, pareto_front
 from .gain_space import Gains, gains_table
+from .objectives import Measured
+from .search import Progress, Search
 from .stability_margin import LARGEST_STEP, Margin, find_margin, make_controller, stiffness_probe
-from .step_response import StepResponse, step_response
+from .store import TrialRecord, TuningStore
+from .trial import TrialTask, evaluate, resting_arm
 from .trial_pool import TrialPool
-from .tuning import Progress, Search
-from .tuning_choice import choose, pareto_front
-from .tuning_objectives import Measured
-from .tuning_store import TrialRecord, TuningStore
-from .tuning_trial import TrialTask, evaluate, resting_arm
 
 AXES = ("x", "y", "z", "about x", "about y", "about z")
 LATE = (0, 1)

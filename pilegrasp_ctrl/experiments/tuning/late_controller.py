@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections import deque
 
-from ..types import ControllerOutput, Observation, Reference
-from .follow import Controller
+from ...types import ControllerOutput, Observation, Reference
+from ..follow import Controller
 
 
 class LateController:

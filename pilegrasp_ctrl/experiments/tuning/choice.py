@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .tuning_objectives import Measured
-from .tuning_store import TrialRecord
-from .tuning_trial import REQUIRED_MARGIN
+from .objectives import Measured
+from .store import TrialRecord
+from .trial import REQUIRED_MARGIN
 
 RULE = (
     f"of the trials that do not ring at {REQUIRED_MARGIN:g} times their stiffness, the one with the smallest product "

@@ -15,9 +15,9 @@ import optuna
 from optuna.distributions import FloatDistribution
 from optuna.trial import FrozenTrial, TrialState
 
-from ..exceptions import ConfigurationError, ExportError
-from .tuning_objectives import Measured
-from .tuning_trial import TrialReport
+from ...exceptions import ConfigurationError, ExportError
+from .objectives import Measured
+from .trial import TrialReport
 
 SAMPLER_SEED = 20200312
 BATCH = 4

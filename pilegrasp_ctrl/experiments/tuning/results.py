@@ -7,13 +7,13 @@ import io
 from pathlib import Path
 from typing import Any
 
-from ..control.gains import load_gains
+from ...control.gains import load_gains
+from .analysis import Contender, Explanation
 from .gain_space import gains_table, gains_text
+from .objectives import objective_names
+from .page import page
+from .search import Search, versions, write_text
 from .stability_margin import Margin
-from .tuning import Search, versions, write_text
-from .tuning_analysis import Contender, Explanation
-from .tuning_objectives import objective_names
-from .tuning_page import page
 
 UNITS = {"tracking": "mm", "activity": "%", "overshoot": "N", "position": "mm", "rotation": "mrad", "share": "%"}
 

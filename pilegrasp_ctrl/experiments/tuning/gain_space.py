@@ -8,8 +8,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..control.gains import Impedance, MotionGains
-from ..exceptions import ConfigurationError
+from ...control.gains import Impedance, MotionGains
+from ...exceptions import ConfigurationError
 
 Gains = MotionGains | Impedance
 

@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from .analysis import AXES, SWEEP, Contender, Explanation
+from .figures import contender_responses, history, margin_panel, step_panel, sweep_panel, trade_off
+from .objectives import LEVER, Measured, objective_names
 from .stability_margin import LARGEST_STEP, OVERSHOOT, SWING, Margin
-from .tuning_analysis import AXES, SWEEP, Contender, Explanation
-from .tuning_figures import contender_responses, history, margin_panel, step_panel, sweep_panel, trade_off
-from .tuning_objectives import LEVER, Measured, objective_names
-from .tuning_store import TrialRecord
-from .tuning_trial import REQUIRED_MARGIN
+from .store import TrialRecord
+from .trial import REQUIRED_MARGIN
 
-_TEMPLATE = Path(__file__).with_name("tuning_page.html")
+_TEMPLATE = Path(__file__).with_name("page.html")
 _NAMES = {
     "tracking": ("tracking error", "mm"),
     "activity": ("torque activity", "%"),

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..config import Scenario
-from ..episode import EpisodeResult
-from ..exceptions import PilegraspError
-from ..recording import Recording
-from ..types import Array, Outcome
+from ...config import Scenario
+from ...episode import EpisodeResult
+from ...exceptions import PilegraspError
+from ...recording import Recording
+from ...types import Array, Outcome
 
 LEVER = 0.1
 """A rotation error counts as what it moves a point at this distance, about half a hand [m]."""

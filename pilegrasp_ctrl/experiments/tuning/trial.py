@@ -7,15 +7,15 @@ from functools import lru_cache
 from pathlib import Path
 from time import perf_counter
 
-from ..arm_model import ArmModel
-from ..config import Scenario
-from ..control.gains import load_gains
-from ..episode import run
-from ..exceptions import PilegraspError
-from ..preparation import prepare
-from ..types import Array
+from ...arm_model import ArmModel
+from ...config import Scenario
+from ...control.gains import load_gains
+from ...episode import run
+from ...exceptions import PilegraspError
+from ...preparation import prepare
+from ...types import Array
+from .objectives import Measured, combined, measure
 from .stability_margin import stiffness_probe
-from .tuning_objectives import Measured, combined, measure
 
 REQUIRED_MARGIN = 2.0
 """By which factor the stiffness must be able to grow before the loop rings; 2 to 5 is usual for a gain margin

@@ -11,19 +11,19 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from .. import __version__
-from ..config import Scenario
-from ..control.gains import MotionGains, load_gains
-from ..exceptions import ConfigurationError, ExportError
-from ..recording import write_atomically
-from ..robots import path as robot_file
-from ..sim.hand import Hand
+from ...config import Scenario
+from ...control.gains import MotionGains, load_gains
+from ...exceptions import ConfigurationError, ExportError
+from ...recording import write_atomically
+from ...robots import path as robot_file
+from ...sim.hand import Hand
+from ... import __version__
+from .choice import choose
 from .gain_space import Gains, GainSpace, gains_table, gains_text
+from .objectives import Measured, objective_names
+from .store import BATCH, SAMPLER_SEED, SPREAD, TrialRecord, TuningStore, locked
+from .trial import REQUIRED_MARGIN, TrialReport, TrialTask, evaluate, resting_arm
 from .trial_pool import TrialPool
-from .tuning_choice import choose
-from .tuning_objectives import Measured, objective_names
-from .tuning_store import BATCH, SAMPLER_SEED, SPREAD, TrialRecord, TuningStore, locked
-from .tuning_trial import REQUIRED_MARGIN, TrialReport, TrialTask, evaluate, resting_arm
 
 FIRST_JUDGING_SEED = 10000
 """Seeds from here on judge what was tuned on smaller ones."""
@@ -155,7 +155,7 @@ def carry_out(
 ) -> TuningStore:
     """Carry out what is missing of a search and return its store.
 
-    Every finished trial is in `tuning.db` before the next one begins; an interrupt loses only what is under way.
+    Every finished trial is in `search.db` before the next one begins; an interrupt loses only what is under way.
 
     Args:
         search: what to do.

@@ -13,10 +13,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from .analysis import AXES, Contender, Explanation, SweepPoint
+from .objectives import Measured, objective_names
 from .stability_margin import MOST
-from .tuning_analysis import AXES, Contender, Explanation, SweepPoint
-from .tuning_objectives import Measured, objective_names
-from .tuning_store import TrialRecord
+from .store import TrialRecord
 
 # Drawn in colours that no figure uses, each of which the page then names: so one drawing serves light and dark.
 COLOURS = {

@@ -12,7 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from types import TracebackType
 from typing import Generic, Self, TypeVar
 
-from ..exceptions import SimulationError
+from ...exceptions import SimulationError
 
 Task = TypeVar("Task")
 Report = TypeVar("Report")

@@ -7,17 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arm_model import ArmModel
-from ..control.gains import Impedance, MotionGains
-from ..control.impedance import ImpedanceController
-from ..control.operational_space import OperationalSpaceController
-from ..exceptions import ConfigurationError, SimulationError
-from ..types import Array
-from .arm_simulation import ArmSimulation
-from .follow import Controller
+from ...arm_model import ArmModel
+from ...control.gains import Impedance, MotionGains
+from ...control.impedance import ImpedanceController
+from ...control.operational_space import OperationalSpaceController
+from ...exceptions import ConfigurationError, SimulationError
+from ...types import Array
+from ..arm_simulation import ArmSimulation
+from ..follow import Controller
+from ..step_response import StepResponse, step_response
 from .gain_space import scaled
 from .late_controller import LateController
-from .step_response import StepResponse, step_response
 
 SWING = 0.02
 """A torque that swings by more than this share of its limit, peak to peak, in the last quarter of the response rings. A
