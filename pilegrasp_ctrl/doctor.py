@@ -22,6 +22,8 @@ PACKAGES = (
     "mink",
     "example-robot-data",
     "meshcat",
+    "pillow",
+    "tornado",
     "numpy",
     "scipy",
     "pydantic",

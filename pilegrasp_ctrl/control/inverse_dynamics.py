@@ -183,19 +183,24 @@ class InverseDynamics:
 
         What the feed-forward leaves of the friction, or adds to it, moves the joints beside what the program asks
         for: next to a limit, friction that turns round with a joint would carry a light one beyond. Friction acts
-        against the motion that follows, which the first of two solutions predicts.
+        against the present motion, or against that which a first solution predicts; the bounds of the second hold for
+        both, because it may be another than was predicted.
         """
         arm = self.arm
         lower, upper = self._acceleration_bounds
         wanted_lower, wanted_upper = lower.copy(), upper.copy()
         v = state.v
+        least, most = np.full(len(v), np.inf), np.full(len(v), -np.inf)
         for _ in range(2):
             rest = -arm.friction_coulomb * np.tanh(v / _FRICTION_SCALE) - arm.friction_viscous * state.v
             if compensated is not None:
                 rest += compensated
             drift = solve_positive_definite(state.M, rest)
-            np.subtract(wanted_lower, drift, out=lower)
-            np.subtract(wanted_upper, drift, out=upper)
+            np.minimum(least, drift, out=least)
+            np.maximum(most, drift, out=most)
+            np.subtract(wanted_lower, least, out=lower)
+            np.subtract(wanted_upper, most, out=upper)
+            np.maximum(upper, lower, out=upper)
             output = self._solve(state, offset)
             v = state.v + self._period * (output.acceleration + drift)
         return output

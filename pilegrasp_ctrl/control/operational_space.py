@@ -19,7 +19,7 @@ from .friction import FrictionCompensation
 from .gains import MotionGains
 from .inverse_dynamics import LIMITS, InverseDynamics
 
-DEFAULT_GAINS = MotionGains(stiffness=[1600.0, 1600.0, 1600.0, 900.0, 900.0, 900.0])
+DEFAULT_GAINS = MotionGains(stiffness=[900.0, 900.0, 900.0, 1600.0, 1600.0, 1600.0])
 
 
 class OperationalSpaceController:
