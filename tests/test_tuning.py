@@ -11,10 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pilegrasp_ctrl.experiments.tuning.choice import choose
-from pilegrasp_ctrl.experiments.tuning.objectives import Measured
-from pilegrasp_ctrl.experiments.tuning.store import locked
-from pilegrasp_ctrl.experiments.tuning.trial import TrialReport, TrialTask, evaluate
 
 from pilegrasp_ctrl import cli
 from pilegrasp_ctrl.cli import tune
@@ -22,8 +18,12 @@ from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.control.gains import MotionGains, load_gains
 from pilegrasp_ctrl.episode import run
 from pilegrasp_ctrl.exceptions import ConfigurationError, ExportError
+from pilegrasp_ctrl.experiments.tuning.choice import choose
 from pilegrasp_ctrl.experiments.tuning.gain_space import GainSpace, gains_table, gains_text
+from pilegrasp_ctrl.experiments.tuning.objectives import Measured
 from pilegrasp_ctrl.experiments.tuning.search import Search, carry_out, check_seeds
+from pilegrasp_ctrl.experiments.tuning.store import locked
+from pilegrasp_ctrl.experiments.tuning.trial import TrialReport, TrialTask, evaluate
 
 BAD = MotionGains(stiffness=25.0, damping_ratio=0.3)
 SOFT = MotionGains(stiffness=25.0, damping_ratio=0.7)

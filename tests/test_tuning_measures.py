@@ -6,17 +6,17 @@ from types import SimpleNamespace
 import arms
 import numpy as np
 import pytest
-from pilegrasp_ctrl.experiments.tuning.choice import choose, pareto_front
-from pilegrasp_ctrl.experiments.tuning.objectives import LEVER, Measured, UnfinishedError, combined, measure
-from pilegrasp_ctrl.experiments.tuning.store import TrialRecord
-from pilegrasp_ctrl.experiments.tuning.trial import TrialReport
 
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.control.gains import Impedance, MotionGains, load_gains
 from pilegrasp_ctrl.control.sampled_data import stiffness_margin
 from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.experiments.tuning.choice import choose, pareto_front
 from pilegrasp_ctrl.experiments.tuning.gain_space import GainSpace, gains_table, gains_text
+from pilegrasp_ctrl.experiments.tuning.objectives import LEVER, Measured, UnfinishedError, combined, measure
 from pilegrasp_ctrl.experiments.tuning.stability_margin import find_margin, stiffness_probe
+from pilegrasp_ctrl.experiments.tuning.store import TrialRecord
+from pilegrasp_ctrl.experiments.tuning.trial import TrialReport
 from pilegrasp_ctrl.types import Outcome
 
 # Gains

@@ -7,7 +7,6 @@ import numpy as np
 from ..arm_model import ArmModel
 from .constraint import AffineBounds
 
-
 MARGIN, FRICTION_MARGIN = 0.05, 0.07
 """Fraction of a speed limit that is kept in reserve, for an arm without and with joint friction."""
 

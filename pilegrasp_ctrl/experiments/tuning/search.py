@@ -11,13 +11,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from ... import __version__
 from ...config import Scenario
 from ...control.gains import MotionGains, load_gains
 from ...exceptions import ConfigurationError, ExportError
 from ...recording import write_atomically
 from ...robots import path as robot_file
 from ...sim.hand import Hand
-from ... import __version__
 from .choice import choose
 from .gain_space import Gains, GainSpace, gains_table, gains_text
 from .objectives import Measured, objective_names
