@@ -62,7 +62,7 @@ class JointLimits(NamedTuple):
 def load_arm(name: str) -> ArmModel:
     """The arm with its drives' reflected inertia, no friction, and a torque limit for each joint alone."""
     arm = arms.load(name)
-    kept = VelocityLimit(arm, RATE).speed / arm.velocity_limit
+    kept = VelocityLimit(arms.without_friction(name), RATE).speed / arm.velocity_limit
     limits = JointLimits(arm.q_lower, arm.q_upper, SPEED * arm.velocity_limit / kept, arm.torque_limit)
     return ArmModel(arm.pinocchio_model, FRAMES[name], name=name, **limits._asdict())
 
