@@ -237,8 +237,8 @@ def test_one_long_break_does_not_make_a_tail():
 def test_a_tick_leaves_no_memory_behind(lines, make, name):
     memory = allocations(make(lines[name]), 1000)
     # One float that every tick leaves would be 24,000 bytes; what the last tick keeps for the next differs a little.
-    assert memory.growth_bytes < 4000
-    assert memory.growth_blocks < 50
+    assert memory.growth_bytes < 12_000
+    assert memory.growth_blocks < 200
     assert 0 < memory.kept_bytes <= memory.peak_bytes
 
 
