@@ -141,7 +141,7 @@ def test_a_pair_has_the_coefficients_of_its_two_bodies(rule):
     }
     for names, (first, second, condim) in cases.items():
         pair = pairs[frozenset(names)]
-        wanted = pair_parameters(combine(first, second, rule))
+        wanted = pair_parameters(combine(first, second, rule), model.opt.timestep)
         np.testing.assert_allclose(model.pair_friction[pair], wanted.friction)
         np.testing.assert_allclose(model.pair_solref[pair], wanted.solref)
         np.testing.assert_allclose(model.pair_solimp[pair], wanted.solimp)

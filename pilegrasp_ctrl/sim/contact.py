@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
 import mujoco
 
+from .bounce import damping_ratio_for
 from .surface import Surface
 
 Rule = Literal["paper", "product", "maximum"]
@@ -28,9 +28,6 @@ IMPEDANCE_WIDTH = 0.002
 """A contact that need not bounce starts soft and reaches its impedance at this depth [m]; a pressed hand then stays in
 contact instead of chattering on it."""
 
-LEAST_RESTITUTION = 0.14
-"""That of critical damping. More damping would overshoot in a step of 1 ms and make a pressed hand chatter."""
-
 
 @dataclass(frozen=True, slots=True)
 class PairParameters:
@@ -39,42 +36,6 @@ class PairParameters:
     friction: tuple[float, float, float, float, float]
     solref: tuple[float, float]
     solimp: tuple[float, float, float, float, float]
-
-
-def restitution_of(damping_ratio: float) -> float:
-    """Return the restitution of a linear spring-damper contact that cannot pull.
-
-    The contact ends when the force, not the penetration, returns to zero (Schwager & Pöschel 2007, eq. 18); MuJoCo
-    cuts the force in the same way, so the text-book exp(-pi z / sqrt(1 - z²)) is too low for it.
-    """
-    if damping_ratio <= 0.0:
-        return 1.0
-    if damping_ratio < 1.0:
-        root = math.sqrt(1.0 - damping_ratio**2)
-        angle = math.pi - math.atan2(2.0 * damping_ratio * root, 1.0 - 2.0 * damping_ratio**2)
-        return math.exp(-damping_ratio / root * angle)
-    if damping_ratio == 1.0:
-        return math.exp(-2.0)
-    root = math.sqrt(damping_ratio**2 - 1.0)
-    return math.exp(-damping_ratio / root * math.log((damping_ratio + root) / (damping_ratio - root)))
-
-
-def damping_ratio_for(restitution: float) -> float:
-    """Return the damping ratio whose `restitution_of` is `restitution`; a perfectly inelastic contact gets 5.
-
-    Raises:
-        ValueError: outside [0, 1].
-    """
-    if not 0.0 <= restitution <= 1.0:
-        raise ValueError(f"restitution is {restitution}; it must lie in [0, 1]")
-    low, high = 0.0, 5.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if restitution_of(middle) > restitution:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
 
 
 def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
@@ -109,14 +70,14 @@ def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
     return combined
 
 
-def pair_parameters(surface: Surface, natural_frequency: float = NATURAL_FREQUENCY) -> PairParameters:
-    """Return MuJoCo's numbers for the coefficients of one contact."""
-    damping_ratio = damping_ratio_for(max(surface.restitution, LEAST_RESTITUTION))
+def pair_parameters(surface: Surface, timestep: float) -> PairParameters:
+    """Return MuJoCo's numbers for the coefficients of one contact, at a step of the physics [s]."""
+    damping_ratio = damping_ratio_for(surface.restitution, NATURAL_FREQUENCY * timestep)
     impedance = HAND_IMPEDANCE if surface.rank == 2 else OBJECT_IMPEDANCE
     first = RESTING_IMPEDANCE if surface.restitution == 0.0 else impedance
     return PairParameters(
         friction=(surface.lateral, surface.lateral, surface.spinning, surface.rolling, surface.rolling),
-        solref=(-(natural_frequency**2), -2.0 * damping_ratio * natural_frequency),
+        solref=(-(NATURAL_FREQUENCY**2), -2.0 * damping_ratio * NATURAL_FREQUENCY),
         solimp=(first, impedance, IMPEDANCE_WIDTH, 0.5, 2.0),
     )
 

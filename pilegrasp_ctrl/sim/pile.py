@@ -33,7 +33,7 @@ REST_TIME = 0.3
 """The pile is settled when all objects have rested for this long [s]."""
 TIME_LIMIT = 20.0
 """Of the simulated settling, for each of its two phases [s]."""
-CACHE_VERSION = 8
+CACHE_VERSION = 9
 
 
 def settle_pile(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: Rule, timestep: float) -> Array:
@@ -59,7 +59,7 @@ def _simulate(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: Rul
     supports = add_support(spec, layout)
     panels = [*_add_frame(spec, layout), _add_pedestal(spec)]
     names = add_objects(spec, kind, count, supports, rule)
-    side = pair_parameters(combine(kind.surface, SUPPORT, rule))
+    side = pair_parameters(combine(kind.surface, SUPPORT, rule), timestep)
     for name in names:
         for panel in panels:
             add_pair(spec, name, panel, side)

@@ -105,8 +105,9 @@ def add_objects(spec: mujoco.MjSpec, kind: ObjectKind, count: int, supports: lis
         hue = (0.11 + 0.61803399 * index) % 1.0
         kind.add_to(spec, index, (*colorsys.hsv_to_rgb(hue, 0.62, 0.92), 1.0))
     names = [f"object_{index}" for index in range(count)]
-    among = pair_parameters(combine(kind.surface, kind.surface, rule))
-    below = pair_parameters(combine(kind.surface, SUPPORT, rule))
+    step = spec.option.timestep
+    among = pair_parameters(combine(kind.surface, kind.surface, rule), step)
+    below = pair_parameters(combine(kind.surface, SUPPORT, rule), step)
     for first, second in combinations(names, 2):
         add_pair(spec, first, second, among)
     for name in names:
@@ -134,8 +135,8 @@ def build_scene(scenario: Scenario, hand: Hand, kind: ObjectKind, layout: Layout
         spec.add_exclude(bodyname1="world", bodyname2=link)
     supports = add_support(spec, layout)
     objects = add_objects(spec, kind, scenario.pile.count, supports, rule)
-    on_support = pair_parameters(combine(hand.surface, SUPPORT, rule))
-    on_object = pair_parameters(combine(hand.surface, kind.surface, rule))
+    on_support = pair_parameters(combine(hand.surface, SUPPORT, rule), scenario.sim.timestep)
+    on_object = pair_parameters(combine(hand.surface, kind.surface, rule), scenario.sim.timestep)
     for finger in hand.contact_geoms:
         for support in supports:
             add_pair(spec, finger, support, on_support, condim=3)
