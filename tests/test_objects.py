@@ -88,7 +88,7 @@ def test_sizes_and_masses_are_those_of_table_one(name, variant):
     np.testing.assert_allclose(upper - lower, [width, width, height], rtol=1e-9)
     assert kind.mass == model.body_mass[1] == mass
     assert kind.surface.restitution == restitution_for_mass(mass)
-    assert (kind.surface.lateral, kind.surface.spinning, kind.surface.rolling) == (0.6, 0.001, 0.001)
+    assert (kind.surface.lateral, kind.surface.spinning, kind.surface.rolling) == (0.25, 0.001, 0.001)
 
 
 def test_every_kind_and_variant_of_table_one_is_there():

@@ -28,5 +28,5 @@ class Surface:
             raise ValueError("friction must not be negative and restitution must lie in [0, 1]")
 
 
-SUPPORT = Surface(lateral=0.6, spinning=0.001, rolling=0.001, restitution=0.72, rank=0)
+SUPPORT = Surface(lateral=0.25, spinning=0.001, rolling=0.001, restitution=0.72, rank=0)
 """Table, walls and frame: smooth wood, against which the tennis ball's coefficients were measured (Cross 2002)."""
