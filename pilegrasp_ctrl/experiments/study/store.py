@@ -220,15 +220,23 @@ class StudyStore:
         Raises:
             ConfigurationError: where there is none, or a file that it names has changed.
         """
+        scenario = build_scenario(self.scenario_values(config_hash), source=str(self.path))
+        if scenario.config_hash() != config_hash:
+            raise ConfigurationError(f"{self.path}: a file that the scenario {config_hash} names has changed since")
+        return scenario
+
+    def scenario_values(self, config_hash: str) -> dict[str, Any]:
+        """Return the nested keys of the scenario of a row.
+
+        Raises:
+            ConfigurationError: where there is none.
+        """
         with self._explained():
             query = "SELECT scenario FROM scenarios WHERE config_hash = ?"
             row = self._connection.execute(query, (config_hash,)).fetchone()
         if row is None:
             raise ConfigurationError(f"{self.path}: no scenario has the hash {config_hash!r}")
-        scenario = build_scenario(json.loads(row[0]), source=str(self.path))
-        if scenario.config_hash() != config_hash:
-            raise ConfigurationError(f"{self.path}: a file that the scenario {config_hash} names has changed since")
-        return scenario
+        return dict(json.loads(row[0]))
 
     def recording_file(self, config_hash: str, seed: int) -> Path:
         """Return where the recording of an attempt lies, if there is one."""
