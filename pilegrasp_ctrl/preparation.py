@@ -21,6 +21,7 @@ from .robots import names, path
 from .sim.backend import Simulation
 from .sim.hand import Hand
 from .sim.layout import REACH, Layout, make_layout
+from .sim.object_kind import ObjectKind
 from .sim.objects import kind_of
 from .sim.pile import settle_pile
 from .sim.scene import build_scene
@@ -62,13 +63,7 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     Raises:
         PilegraspError: where one of these cannot be done.
     """
-    if scenario.robot not in names():
-        raise ConfigurationError(f"robot = {scenario.robot!r} is not known; choose from {', '.join(names())}")
-    steps = _steps(scenario)
-    hand = Hand.load(scenario.hand)
-    kind = kind_of(scenario.pile)
-    layout = make_layout(scenario.support, scenario.pile, kind.diameter)
-    control = _controller_factory(scenario, hand)
+    steps, hand, kind, layout, control = _parts(scenario)
     object_poses = settle_pile(
         kind, scenario.pile.count, layout, seed, scenario.sim.contact_rule, scenario.sim.timestep
     )
@@ -83,6 +78,26 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     simulation = Simulation(scene, sensor, steps)
     simulation.reset(q, object_poses)
     return Attempt(scenario, seed, arm, plan, simulation, control(arm, q), period, object_poses)
+
+
+def check(scenario: Scenario) -> None:
+    """Find out what can be found out without a pile: names, files, gains, and keys that do not go together.
+
+    Raises:
+        ConfigurationError: where one of them cannot be used.
+    """
+    _parts(scenario)
+
+
+def _parts(scenario: Scenario) -> tuple[int, Hand, ObjectKind, Layout, Callable[[ArmModel, Array], Control]]:
+    """Return physics steps in a control period, hand, kind of object, layout, and what makes the controller."""
+    if scenario.robot not in names():
+        raise ConfigurationError(f"robot = {scenario.robot!r} is not known; choose from {', '.join(names())}")
+    steps = _steps(scenario)
+    hand = Hand.load(scenario.hand)
+    kind = kind_of(scenario.pile)
+    layout = make_layout(scenario.support, scenario.pile, kind.diameter)
+    return steps, hand, kind, layout, _controller_factory(scenario, hand)
 
 
 def _steps(scenario: Scenario) -> int:

@@ -18,11 +18,11 @@ from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.control.gains import MotionGains, load_gains
 from pilegrasp_ctrl.episode import run
 from pilegrasp_ctrl.exceptions import ConfigurationError, ExportError
+from pilegrasp_ctrl.experiments.folder_lock import locked
 from pilegrasp_ctrl.experiments.tuning.choice import choose
 from pilegrasp_ctrl.experiments.tuning.gain_space import GainSpace, gains_table, gains_text
 from pilegrasp_ctrl.experiments.tuning.objectives import Measured
 from pilegrasp_ctrl.experiments.tuning.search import Search, carry_out, check_seeds
-from pilegrasp_ctrl.experiments.tuning.store import locked
 from pilegrasp_ctrl.experiments.tuning.trial import TrialReport, TrialTask, evaluate
 
 BAD = MotionGains(stiffness=25.0, damping_ratio=0.3)

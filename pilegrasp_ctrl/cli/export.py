@@ -22,14 +22,16 @@ MOVIES = (".gif", ".mp4")
 
 @app.command(
     "export",
-    epilog="Pictures and movies are drawn by Chromium, an .mp4 is encoded by ffmpeg; a page needs neither.",
+    epilog="Pictures and movies are drawn by Chromium, an .mp4 is encoded by ffmpeg; a page needs neither. "
+    "The folder of a study becomes a table: F.csv, or F.parquet, which needs pyarrow.",
 )
 def export_recording(
-    recording: Annotated[Path, typer.Argument(metavar="F.npz", help="What `pilegrasp run --record` wrote.")],
+    recording: Annotated[Path, typer.Argument(metavar="F.npz|DIR", help="What `run --record` or `sweep` wrote.")],
     output: Annotated[
         Path,
         typer.Argument(
-            metavar="F.html|F.png|F.gif|F.mp4", help="The page, contact sheet or movie to write; the name says which."
+            metavar="F.html|F.png|F.gif|F.mp4|F.csv|F.parquet",
+            help="The page, contact sheet, movie or table to write; the name says which.",
         ),
     ],
     speed: Annotated[
@@ -38,7 +40,13 @@ def export_recording(
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """Turn a recording into a page that shows the attempt in any browser, a contact sheet or a movie."""
+    """Turn a recording into a page that shows the attempt in any browser, a contact sheet or a movie.
+
+    Turn a study into a table.
+    """
+    if recording.is_dir():
+        _export_study(recording, output, as_json)
+        return
     check_output(output, *VIEWS)
     if speed is not None and output.suffix not in MOVIES:
         raise ExportError(f"--speed is for movies ({' and '.join(MOVIES)}), and {output.name} is none; leave it out")
@@ -51,6 +59,21 @@ def export_recording(
         write(loaded, output, speed=1.0 if speed is None else speed, progress=progress)
     if as_json:
         print_json({"recording": str(recording), output.suffix[1:]: str(output), "bytes": output.stat().st_size})
+    else:
+        print(output)
+
+
+def _export_study(folder: Path, output: Path, as_json: bool) -> None:
+    from ..experiments.study.store import StudyStore
+    from ..experiments.study.table import TABLES, require_parquet, write_table
+
+    check_output(output, *TABLES)
+    if output.suffix == ".parquet":
+        require_parquet()
+    with StudyStore(folder) as store:
+        attempts = write_table(store, output)
+    if as_json:
+        print_json({"study": str(folder), output.suffix[1:]: str(output), "attempts": attempts})
     else:
         print(output)
 

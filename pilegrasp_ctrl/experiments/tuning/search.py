@@ -18,10 +18,11 @@ from ...exceptions import ConfigurationError, ExportError
 from ...recording import write_atomically
 from ...robots import path as robot_file
 from ...sim.hand import Hand
+from ..folder_lock import locked
 from .choice import choose
 from .gain_space import Gains, GainSpace, gains_table, gains_text
 from .objectives import Measured, objective_names
-from .store import BATCH, SAMPLER_SEED, SPREAD, TrialRecord, TuningStore, locked
+from .store import BATCH, SAMPLER_SEED, SPREAD, TrialRecord, TuningStore
 from .trial import REQUIRED_MARGIN, TrialReport, TrialTask, evaluate, resting_arm
 from .trial_pool import TrialPool
 

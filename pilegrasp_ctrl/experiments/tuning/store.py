@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import warnings
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +14,7 @@ from optuna.distributions import FloatDistribution
 from optuna.trial import FrozenTrial, TrialState
 
 from ...exceptions import ConfigurationError, ExportError
+from ..difference import difference
 from .objectives import Measured
 from .trial import TrialReport
 
@@ -106,7 +105,7 @@ class TuningStore:
             self._search.set_user_attr("configuration", configuration)
         elif known != configuration:
             raise ConfigurationError(
-                f"{self.path} holds another search: {_difference(known, configuration)}; choose another --out, or "
+                f"{self.path} holds another search: {difference(known, configuration)}; choose another --out, or "
                 "repeat the command that began it"
             )
 
@@ -181,41 +180,9 @@ class TuningStore:
         self._notes.set_user_attr(key, value)
 
 
-@contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Keep a second search out of the folder while this one writes there.
-
-    Raises:
-        ConfigurationError: where another process holds it.
-    """
-    with (folder / ".lock").open("w") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise ConfigurationError(
-                f"{folder}: another search writes there now; wait for it or choose another --out"
-            ) from None
-        yield
-
-
 def _record(trial: FrozenTrial) -> TrialRecord:
     table = dict(trial.user_attrs["report"])
     measured = table.pop("measured")
     ringing = tuple(table.pop("ringing"))
     report = TrialReport(measured=Measured(**measured) if measured else None, ringing=ringing, **table)
     return TrialRecord(trial.number, trial.params, report)
-
-
-def _difference(known: Mapping[str, Any], asked: Mapping[str, Any], prefix: str = "") -> str:
-    """Name the first key in which two configurations differ, and both values."""
-    for key in [*known, *(key for key in asked if key not in known)]:
-        old, new = known.get(key), asked.get(key)
-        if old != new:
-            if isinstance(old, dict) and isinstance(new, dict):
-                return _difference(old, new, f"{prefix}{key}.")
-            return f"{prefix}{key} = {_shown(old)} there, and {_shown(new)} is asked for"
-    return "it was made by another version of this program"
-
-
-def _shown(value: Any) -> str:
-    return "absent" if value is None else f"{json.dumps(value, ensure_ascii=False):.80}"
