@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from .arm_state import ArmState
 from .exceptions import ModelError
-from .types import Array, MassProperties, Pose
+from .types import STANDARD_GRAVITY, Array, MassProperties, Pose, frozen_array
 
 _JOINT_KEYS = {
     "q_lower": "position_lower",
@@ -114,6 +114,7 @@ class ArmModel:
         tool: MassProperties | None = None,
         tool_frame: Pose | None = None,
         base: Pose | None = None,
+        gravity: ArrayLike = STANDARD_GRAVITY,
     ) -> ArmModel:
         """Return an arm that ships with the library, numbers from its `robot.toml`.
 
@@ -122,6 +123,7 @@ class ArmModel:
             tool: what the flange carries, in flange axes.
             tool_frame: `transform_tool_to_flange`; the flange itself where absent.
             base: `transform_base_to_world`; the identity where absent.
+            gravity: (3,) acceleration in the world's axes [m/s²].
 
         Raises:
             ModelError: where there is no such arm, or its files disagree.
@@ -144,6 +146,7 @@ class ArmModel:
             transform_tool_to_frame=tool_frame,
             tool=tool,
             base=base,
+            gravity=gravity,
             name=name,
             **numbers,
         )
@@ -160,6 +163,7 @@ class ArmModel:
         transform_tool_to_frame: Pose | None = None,
         tool: MassProperties | None = None,
         base: Pose | None = None,
+        gravity: ArrayLike = STANDARD_GRAVITY,
         locked_joints: Sequence[str] | Mapping[str, float] = (),
         name: str | None = None,
         q_lower: ArrayLike | None = None,
@@ -180,6 +184,7 @@ class ArmModel:
             transform_tool_to_frame: pose of the controlled frame in `tool_frame`; the frame itself where absent.
             tool: what `tool_frame` carries beyond the URDF, in its axes.
             base: `transform_base_to_world`; the identity where absent.
+            gravity: (3,) acceleration in the world's axes [m/s²].
             locked_joints: names of joints to hold at their neutral position, or a mapping from name to position.
             name: how errors call the arm; the file's stem where absent.
             q_lower: (nv,) instead of the URDF's [rad].
@@ -203,6 +208,7 @@ class ArmModel:
             model = pin.buildModelFromUrdf(str(path))
         except (ValueError, RuntimeError) as error:
             raise ModelError(f"{path}: is not a URDF that Pinocchio can read: {error}") from error
+        model.gravity.linear = frozen_array(gravity, (3,), "gravity")
         model = _lock(model, locked_joints, name)
         if not model.existFrame(tool_frame):
             known = ", ".join(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)

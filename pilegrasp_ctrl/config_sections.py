@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 Text = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]*$")]
@@ -33,20 +33,19 @@ class SupportConfig(Section):
     """What stands beside the pile."""
 
     kind: Literal["none", "wall", "corner"] = Field(default="wall", description="what stands behind the pile")
-    tilt_deg: float = Field(
-        default=0.0,
-        ge=0.0,
-        le=15.0,
-        description="slope of the floor toward the support; refused unless 0, as it is not simulated yet [deg]",
-    )
+    tilt_deg: float = Field(default=0.0, ge=0.0, le=15.0, description="slope of the floor toward the support [deg]")
+    bin: bool = Field(default=False, description="whether it is that of a crate, 0.56 x 0.38 x 0.16 m inside")
 
-    @field_validator("tilt_deg")
-    @classmethod
-    def _not_simulated(cls, value: float) -> float:
-        # Taking it without a word would give the level floor's result under another name.
-        if value != 0.0:
-            raise PydanticCustomError("tilt", "a sloped floor is not simulated yet; leave it at 0")
-        return value
+    @model_validator(mode="after")
+    def _something_to_push_to(self) -> SupportConfig:
+        if self.kind == "none" and (self.bin or self.tilt_deg > 0.0):
+            why = "a bin is pushed to its wall or corner" if self.bin else "on a sloped floor the objects roll away"
+            raise PydanticCustomError(
+                "idle",
+                "support.kind = 'none' is not allowed, because {why}; make it 'wall' or 'corner'",
+                {"key": "support.bin" if self.bin else "support.tilt_deg", "why": why},
+            )
+        return self
 
 
 class PileConfig(Section):

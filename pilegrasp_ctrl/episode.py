@@ -243,7 +243,6 @@ class _Loop:
             output = attempt.control(observation, self._target, state)
             self._ticks.append(time.perf_counter() - tick)
             self._torque = output.command.torque
-            lasting = self._saturation.after(output)
             self._limited += bool(output.active_limits)
             self._fallbacks += bool(output.fallback)
             if self._recorder:
@@ -253,6 +252,7 @@ class _Loop:
             simulation.apply(self._torque, self._target.closure)
             simulation.step()
             self._watchdog.check(simulation.data)
+            lasting = self._saturation.after(output) or attempt.rims.collision(simulation.data)
             if self._progress and observation.time >= self._next_progress:
                 self._next_progress = observation.time + PROGRESS_PERIOD
                 self._progress(observation.time, primitive.name)

@@ -16,7 +16,7 @@ from .control.operational_space import OperationalSpaceController
 from .control.tool_axes import move_wrench
 from .exceptions import ConfigurationError, UnreachablePoseError
 from .primitives.primitive import Target
-from .primitives.strategy import Plan, Tool, line_plan, pile_extent, pile_strategy
+from .primitives.strategy import HAND_HALF_WIDTH, Plan, Tool, line_plan, pile_extent, pile_strategy
 from .robots import names, path
 from .sim.backend import Simulation
 from .sim.hand import Hand
@@ -24,10 +24,15 @@ from .sim.layout import REACH, Layout, make_layout
 from .sim.object_kind import ObjectKind
 from .sim.objects import kind_of
 from .sim.pile import settle_pile
+from .sim.push_goal import PushGoal
+from .sim.rim_check import RimCheck
 from .sim.scene import build_scene
 from .sim.start_posture import StartPosture
 from .sim.wrist_sensor import WristSensor
 from .types import Array, ControllerOutput, Observation
+
+LIFT_BACK = 0.06
+"""In a bin the lift leaves the wall by this much, so that the fingers do not wipe over its rim [m]."""
 
 Control = Callable[[Observation, Target, ArmState], ControllerOutput]
 
@@ -45,6 +50,7 @@ class Attempt:
         control: from observation and target to torque.
         period: of the control [s].
         object_poses: (n, 7) the settled pile.
+        rims: watches the walls of a bin.
     """
 
     scenario: Scenario
@@ -55,6 +61,7 @@ class Attempt:
     control: Control
     period: float
     object_poses: Array
+    rims: RimCheck
 
 
 def prepare(scenario: Scenario, seed: int) -> Attempt:
@@ -69,15 +76,18 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     )
     tool = hand.mass_properties()
     base = layout.transform_base_to_world
-    arm = ArmModel.load(scenario.robot, tool=tool, tool_frame=hand.transform_tool_to_flange, base=base)
+    arm = ArmModel.load(
+        scenario.robot, tool=tool, tool_frame=hand.transform_tool_to_flange, base=base, gravity=layout.gravity
+    )
     search = StartPosture(scenario.robot, hand.transform_tool_to_flange, base)
-    plan, q = _plan_within_reach(scenario, hand, layout, object_poses, kind.bounding_radius, search)
+    plan, q = _plan_within_reach(scenario, hand, layout, object_poses, kind.bounding_radius, search, *layout.goals[:1])
     scene = build_scene(scenario, hand, kind, layout)
     period = steps * scenario.sim.timestep
     sensor = WristSensor(scene.model, tool, scenario.sensor, period, seed)
     simulation = Simulation(scene, sensor, steps)
     simulation.reset(q, object_poses)
-    return Attempt(scenario, seed, arm, plan, simulation, control(arm, q), period, object_poses)
+    rims = RimCheck(scene, layout.walls)
+    return Attempt(scenario, seed, arm, plan, simulation, control(arm, q), period, object_poses, rims)
 
 
 def check(scenario: Scenario) -> None:
@@ -112,11 +122,17 @@ def _steps(scenario: Scenario) -> int:
 
 
 def _plan_within_reach(
-    scenario: Scenario, hand: Hand, layout: Layout, object_poses: Array, radius: float, search: StartPosture
+    scenario: Scenario,
+    hand: Hand,
+    layout: Layout,
+    object_poses: Array,
+    radius: float,
+    search: StartPosture,
+    goal: PushGoal | None = None,
 ) -> tuple[Plan, Array]:
     """Return the plan with the longest push that the arm can follow to its end, and the start posture."""
     for farthest in REACH:
-        plan = _plan(scenario, hand, layout, object_poses, radius, farthest)
+        plan = _plan(scenario, hand, layout, object_poses, radius, farthest, goal)
         q = posture = search.solve(plan.start)
         for pose in plan.waypoints:
             posture = search.solve(pose, posture)
@@ -130,15 +146,31 @@ def _plan_within_reach(
     return plan, q
 
 
-def _plan(scenario: Scenario, hand: Hand, layout: Layout, object_poses: Array, radius: float, farthest: float) -> Plan:
+def _plan(
+    scenario: Scenario,
+    hand: Hand,
+    layout: Layout,
+    object_poses: Array,
+    radius: float,
+    farthest: float,
+    goal: PushGoal | None,
+) -> Plan:
     if scenario.program == "line":
         return line_plan(scenario.line, _tool(hand))
-    alpha = np.radians(scenario.strategy.alpha_deg)
+    yaw = goal.yaw if goal else 0.0
+    alpha = yaw + np.radians(scenario.strategy.alpha_deg)
     direction = np.array([np.cos(alpha), np.sin(alpha)])
     positions = object_poses[:, :2]
     center = np.median(positions, axis=0) if len(positions) else layout.frame_center
+    if goal:
+        # The bin leaves the hand less room than an open table: its line is the goal's, its start the pile's.
+        foot, _ = goal.lane(positions, HAND_HALF_WIDTH)
+        center = foot + min((center - foot) @ direction, -radius) * direction
     extent = pile_extent(positions, radius, center, direction) if len(positions) else 0.5 * layout.frame_size
-    return pile_strategy(scenario.strategy, _tool(hand), center, extent, farthest, grasp=scenario.program == "grasp")
+    grasp = scenario.program == "grasp"
+    return pile_strategy(
+        scenario.strategy, _tool(hand), center, extent, farthest, grasp, yaw, LIFT_BACK if goal else None
+    )
 
 
 def _tool(hand: Hand) -> Tool:

@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+"""Where the world's z axis points up [m/s²]."""
+
 
 def frozen_array(value: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
     """Return a read-only float64 copy of `value`.

@@ -124,6 +124,7 @@ def test_list_as_json(capsys):
 def test_list_by_tag(capsys):
     rows = json.loads(answer(capsys, "list", "--tag", "paper", "--json")[1])
     assert {row["name"] for row in rows} == {
+        "bin_picking",
         "spheres_wall",
         "spheres_corner",
         "spheres_alone",
@@ -256,7 +257,7 @@ def test_a_protected_file_is_not_replaced(capsys, attempts, tmp_path):
             ["run", "spheres_wall", "--set", "pile.count=-5"],
             "error: pile.count = -5 is not allowed: it must be at least 0",
         ),
-        (["run", "spheres_wall", "--set", "support.tilt_deg=5"], "a sloped floor is not simulated yet"),
+        (["run", "spheres_wall", "--set", "support.tilt_deg=16"], "support.tilt_deg = 16 is not allowed"),
         (["run", "spheres_wall", "extra"], "extra"),
         (["export", "nowhere.npz", "page.html"], "nowhere.npz"),
         (["export", "nowhere.npz", "page.pdf"], "must end in .html"),

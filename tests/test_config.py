@@ -21,6 +21,7 @@ DIFFERENCES = {
     "spheres_alone": {"support.kind": "none"},
     "cylinders_wall": {"pile.object": "cylinder", "pile.count": 14},
     "cubes_wall": {"pile.object": "cube", "pile.count": 14},
+    "bin_picking": {"support.bin": True, "support.tilt_deg": 5.0},
     "free_space_line": {"program": "line", "pile.count": 0},
     "push_wall": {"program": "push", "pile.count": 0},
 }
@@ -102,7 +103,8 @@ def test_the_documented_scenarios_are_those_that_ship():
         ("strategy.kind", "object_based"),
         ("support.kind", "walls"),
         ("support.tilt_deg", -1.0),
-        ("support.tilt_deg", 5.0),
+        ("support.tilt_deg", 15.1),
+        ("support.bin", "yes"),
         ("controller.rate", 99),
         ("controller.solver", "gurobi"),
         ("sensor.force_noise", -0.1),
@@ -128,12 +130,6 @@ def test_a_value_that_is_not_allowed_is_named(key, value):
         build_scenario({}, {key: value})
     assert key in str(caught.value)
     assert "is not allowed: " in str(caught.value)
-
-
-def test_a_slope_is_refused_rather_than_ignored():
-    with pytest.raises(ConfigurationError, match="a sloped floor is not simulated yet; leave it at 0"):
-        build_scenario({}, {"support.tilt_deg": 5.0})
-    assert build_scenario({"support": {"tilt_deg": 0}}) == Scenario()
 
 
 @pytest.mark.parametrize(
@@ -186,8 +182,8 @@ def test_a_misspelt_key_is_an_error_with_a_suggestion(key, tmp_path):
         ("count", "did you mean 'pile.count'?"),
         ("speed", "did you mean 'strategy.speed' or 'line.speed'?"),
         ("piles", "did you mean 'pile'?"),
-        ("support", "it is a table of support.kind, support.tilt_deg"),
-        ("support.walls", "valid keys are support.kind, support.tilt_deg"),
+        ("support", "it is a table of support.kind, support.tilt_deg, support.bin"),
+        ("support.walls", "valid keys are support.kind, support.tilt_deg, support.bin"),
     ],
 )
 def test_a_suggestion_heeds_the_tables(key, words):
@@ -376,7 +372,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
 def test_an_unknown_name_is_an_error_with_a_suggestion():
     with pytest.raises(ConfigurationError, match="did you mean 'spheres_wall'"):
         find("spheres_walls")
-    with pytest.raises(ConfigurationError, match=r"choose from cubes_wall, .*, spheres_wall"):
+    with pytest.raises(ConfigurationError, match=r"choose from bin_picking, .*, spheres_wall"):
         find("zzz")
     with pytest.raises(ConfigurationError, match="no scenario is called ''"):
         find("")

@@ -11,9 +11,10 @@ from pilegrasp_ctrl.primitives.primitive import Target
 from pilegrasp_ctrl.sim.backend import Simulation
 from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.sensor_calibration import CALIBRATIONS, CHANNELS
-from pilegrasp_ctrl.sim.wrist_sensor import GRAVITY, WristSensor
+from pilegrasp_ctrl.sim.wrist_sensor import WristSensor
 from pilegrasp_ctrl.trajectories.straight_line import StraightLine
 
+GRAVITY = 9.81
 IDEAL = {"force_noise": 0.0, "torque_noise": 0.0, "cutoff": 1e3, "bias": 0.0, "drift": 0.0}
 TOOL_SIDE = 0.049
 """Height of the sensor's tool side over the flange, where the sensor measures [m]."""

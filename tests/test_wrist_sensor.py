@@ -6,8 +6,9 @@ import pytest
 
 from pilegrasp_ctrl.config_sections import SensorConfig
 from pilegrasp_ctrl.sim.hand import Hand
-from pilegrasp_ctrl.sim.wrist_sensor import GRAVITY, WristSensor
+from pilegrasp_ctrl.sim.wrist_sensor import WristSensor
 
+GRAVITY = 9.81
 SILENT = SensorConfig(force_noise=0.0, torque_noise=0.0, cutoff=1e3, bias=0.0, drift=0.0)
 
 

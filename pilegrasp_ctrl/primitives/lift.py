@@ -1,4 +1,4 @@
-"""Lift: straight up, then hold."""
+"""Lift: straight up, or up and back from a wall, then hold."""
 
 from __future__ import annotations
 
@@ -9,23 +9,36 @@ import numpy as np
 
 from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
+from ..types import Array
 from .path_phase import PathPhase
 from .primitive import NO_FORCE, Ending, Sensed, Target
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Lift:
-    """Move up by `height` at `speed` and hold for `hold` seconds with the hand closed."""
+    """Move up by `height` at `speed` and hold for `hold` seconds with the hand closed.
+
+    Attributes:
+        height: [m].
+        speed: [m/s].
+        hold: [s].
+        back: (3,) horizontal way that the hand, from where it is, goes on its way up [m]; where absent, the reference
+            keeps its place and with it the pressure on what is before the hand.
+    """
 
     height: float
     speed: float
     hold: float
+    back: Array | None = None
     name: str = "lift"
     tares: ClassVar[bool] = False
 
     def begin(self, sensed: Sensed, last: Target) -> LiftPhase:
         """Start from the last reference pose."""
-        line = StraightLine(last.reference.pose, np.array([0.0, 0.0, self.height]), self.speed)
+        start = last.reference.pose
+        way = np.zeros(3) if self.back is None else sensed.pose.translation - start.translation + self.back
+        way[2] = self.height
+        line = StraightLine(start, way, self.speed)
         return LiftPhase(sensed, LineChain((line,)), last.closure, NO_FORCE, self)
 
 

@@ -103,7 +103,14 @@ def pile_extent(positions: Array, radius: float, center: Array, direction: Array
 
 
 def pile_strategy(
-    config: StrategyConfig, tool: Tool, center: Array, extent: float, reach: float, grasp: bool = True
+    config: StrategyConfig,
+    tool: Tool,
+    center: Array,
+    extent: float,
+    reach: float,
+    grasp: bool = True,
+    yaw: float = 0.0,
+    back: float | None = None,
 ) -> Plan:
     """Return the plan of an attempt.
 
@@ -114,8 +121,10 @@ def pile_strategy(
         extent: how far the pile reaches from its centre toward the hand [m].
         reach: farthest fingertip position from the arm's axis [m].
         grasp: whether grasp and lift follow the push.
+        yaw: direction of alpha = 0 about z [rad].
+        back: how far the lift goes back from the support [m]; where absent it goes straight up.
     """
-    alpha = math.radians(config.alpha_deg)
+    alpha = yaw + math.radians(config.alpha_deg)
     theta = tool.theta if config.theta_deg is None else math.radians(config.theta_deg)
     direction = np.array([math.cos(alpha), math.sin(alpha), 0.0])
     rotation = tool_rotation(alpha + math.radians(config.beta_deg), theta)
@@ -134,7 +143,10 @@ def pile_strategy(
             if tool.scoop_angle > 0.0
             else Grasp(tool.closing_time, direction, config.speed, config.grasp_force, tool.advance)
         )
-        primitives += (closing, Lift(config.lift_height, LIFT_SPEED, HOLD_TIME))
+        primitives += (
+            closing,
+            Lift(config.lift_height, LIFT_SPEED, HOLD_TIME, None if back is None else -back * direction),
+        )
     far = Pose(touch + travel * direction, rotation)
     return Plan(start, primitives, (pre_grasp, Pose(touch, rotation)), far, tool.preshape, direction)
 

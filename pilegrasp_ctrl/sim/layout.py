@@ -1,4 +1,4 @@
-"""Where things stand: arm, table, walls and the frame that the pile is dropped into. Pure geometry."""
+"""Where things stand: arm, table, walls, bin and the frame that the pile is dropped into. Pure geometry."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ import numpy as np
 
 from ..config_sections import PileConfig, SupportConfig
 from ..exceptions import PileError
-from ..types import Array, Pose
+from ..types import STANDARD_GRAVITY, Array, Pose
+from .crate import BIN_INNER, crate_walls
+from .push_goal import PushGoal
+from .wall import Wall
 
 SupportKind = Literal["none", "wall", "corner"]
 
@@ -31,6 +34,15 @@ WALL_HALF_HEIGHT = 0.08
 WALL_HALF_LENGTH = {"wall": 0.50, "corner": 0.30}
 """Half sizes of the walls [m]."""
 
+BIN_GOALS = {
+    "wall": (0.0, 0.0, (-0.03, 0.12)),
+    "corner_left": (0.5 * BIN_INNER[1], 30.0, (0.0, 0.0)),
+    "corner_right": (-0.5 * BIN_INNER[1], -30.0, (0.0, 0.0)),
+}
+"""Of a push in the bin: y of the wall's middle or of the corner [m], direction [deg], room [m]. The thumb reaches
+0.145 m to one side of the hand, the little finger 0.05 m to the other. Into a corner the push runs 30° off the bin's
+length: at 45°, along the bisector, the wrist would come down on the opposite wall."""
+
 TABLE_HALF_SIZE = (0.65, 0.70)
 """What is drawn of the table [m]; the contact plane is unbounded."""
 
@@ -38,18 +50,12 @@ PAPER_FRAMES = {18: 0.25, 14: 0.18, 10: 0.15}
 
 
 @dataclass(frozen=True, slots=True)
-class Wall:
-    """A vertical wall: centre (3,) and half sizes (3,) [m] of its box, angle of its inward normal about z [rad]."""
-
-    name: str
-    center: Array
-    half_size: Array
-    yaw: float
-
-
-@dataclass(frozen=True, slots=True)
 class Layout:
-    """The scene's geometry; the world's origin is where the arm's axis meets the table top.
+    """The scene's geometry; the world's origin is where the arm's axis meets the table top, when that is level.
+
+    The scene's frame belongs to the floor: z = 0 is the floor and x points to the support, however it is tilted. A
+    tilt turns the floor about the line through the support's foot, which stays where it is; seen from the floor,
+    gravity and the upright arm turn the other way.
 
     Attributes:
         kind: what supports the pile.
@@ -57,6 +63,9 @@ class Layout:
         frame_center: (2,) of the frame on the table [m].
         frame_yaw: the frame's rotation about z [rad].
         walls: the support's walls.
+        foot: from the arm's axis to the line about which a tilt turns the floor [m].
+        tilt: how far the floor slopes down toward the support [rad].
+        goals: what a push may go to in a bin, the one of `kind` first; without a bin there is no choice.
     """
 
     kind: SupportKind
@@ -64,11 +73,22 @@ class Layout:
     frame_center: Array
     frame_yaw: float
     walls: tuple[Wall, ...]
+    foot: float
+    tilt: float
+    goals: tuple[PushGoal, ...] = ()
 
     @property
     def transform_base_to_world(self) -> Pose:
-        """Where the arm's base stands."""
-        return Pose(np.array([0.0, 0.0, -BASE_BELOW_TABLE]))
+        """Where the arm's base stands: upright, wherever that is seen from the floor."""
+        cosine, sine = math.cos(self.tilt), math.sin(self.tilt)
+        upright = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
+        foot = np.array([self.foot, 0.0, 0.0])
+        return Pose(foot + upright @ (np.array([0.0, 0.0, -BASE_BELOW_TABLE]) - foot), upright)
+
+    @property
+    def gravity(self) -> Array:
+        """Acceleration of gravity (3,) in the scene [m/s²]."""
+        return self.transform_base_to_world.rotation @ STANDARD_GRAVITY
 
 
 def frame_size(pile: PileConfig) -> float:
@@ -90,14 +110,16 @@ def make_layout(support: SupportConfig, pile: PileConfig, object_diameter: float
     """Return the layout; the frame touches the wall, or both walls of the corner, and lies on the line alpha = 0.
 
     Raises:
-        PileError: where an object does not fit into the frame.
+        PileError: where an object does not fit into the frame, or the frame into the bin.
     """
-    size = frame_size(pile)
+    size, tilt = frame_size(pile), math.radians(support.tilt_deg)
     if pile.count > 0 and object_diameter > size:
         raise PileError(
             f"an object of {1000 * object_diameter:.0f} mm does not fit into the frame of {1000 * size:.0f} mm; "
             "raise pile.frame_size or lower pile.scale"
         )
+    if support.bin:
+        return _bin_layout(support.kind, size, tilt)
     if support.kind == "corner":
         half_diagonal = size / math.sqrt(2.0)
         walls = tuple(
@@ -108,10 +130,28 @@ def make_layout(support: SupportConfig, pile: PileConfig, object_diameter: float
             )
         )
         center = np.array([CORNER_DISTANCE - half_diagonal, 0.0])
-        return Layout("corner", size, center, math.radians(45.0), walls)
+        return Layout("corner", size, center, math.radians(45.0), walls, CORNER_DISTANCE, tilt)
     center = np.array([WALL_DISTANCE - 0.5 * size, 0.0])
     walls = (_wall("wall", np.array([WALL_DISTANCE, 0.0]), math.pi, along=None),) if support.kind == "wall" else ()
-    return Layout(support.kind, size, center, 0.0, walls)
+    return Layout(support.kind, size, center, 0.0, walls, WALL_DISTANCE, tilt)
+
+
+def _bin_layout(kind: SupportKind, size: float, tilt: float) -> Layout:
+    """Return a bin whose short, low wall is the support; the frame touches it in the middle or in the left corner."""
+    length, width, _ = BIN_INNER
+    if size > width:
+        raise PileError(
+            f"the frame of {1000 * size:.0f} mm does not fit into the bin's width of {1000 * width:.0f} mm; "
+            "lower pile.frame_size or pile.count"
+        )
+    goals = [
+        PushGoal(name, np.array([WALL_DISTANCE, y]), math.radians(yaw), room)
+        for name, (y, yaw, room) in BIN_GOALS.items()
+    ]
+    goals.sort(key=lambda goal: not goal.name.startswith(kind))
+    center = np.array([WALL_DISTANCE - 0.5 * size, 0.5 * (width - size) if kind == "corner" else 0.0])
+    walls = crate_walls("bin", np.array([WALL_DISTANCE - 0.5 * length, 0.0]), BIN_INNER)
+    return Layout(kind, size, center, 0.0, walls, WALL_DISTANCE, tilt, tuple(goals))
 
 
 def _wall(name: str, foot: Array, yaw: float, along: float | None) -> Wall:

@@ -32,6 +32,11 @@ SLEEP_TOLERANCE = 5e-3
 """An island whose generalised velocities, scaled by length, stay below this [m/s] falls asleep."""
 
 
+SLOPE_SLEEP_TOLERANCE = 5e-4
+"""The same on a slope [m/s]. Sleep comes after ten steps; at the larger tolerance a ball that has bounced off the low
+wall would fall asleep where it turns round, and hang there."""
+
+
 @dataclass(frozen=True)
 class Scene:
     """A compiled scene and the addresses in it.
@@ -72,7 +77,10 @@ def new_spec(timestep: float, file: str | None = None) -> mujoco.MjSpec:
 
 
 def add_support(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
-    """Add table and walls; return the names of their geoms."""
+    """Add table and walls, and the gravity that goes with their tilt; return the names of their geoms."""
+    spec.option.gravity = layout.gravity
+    if layout.tilt > 0.0:
+        spec.option.sleep_tolerance = SLOPE_SLEEP_TOLERANCE
     spec.worldbody.add_geom(
         name="table",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
@@ -125,7 +133,9 @@ def build_scene(scenario: Scenario, hand: Hand, kind: ObjectKind, layout: Layout
     rule = scenario.sim.contact_rule
     spec = new_spec(scenario.sim.timestep, str(path(scenario.robot, f"{scenario.robot}.xml")))
     arm_joints = len(spec.joints)
-    spec.body("base_link").pos = layout.transform_base_to_world.translation
+    base = spec.body("base_link")
+    base.pos = layout.transform_base_to_world.translation
+    base.quat = [np.cos(0.5 * layout.tilt), 0.0, -np.sin(0.5 * layout.tilt), 0.0]
     hand.add_to(spec, spec.site("flange"))
     # Pairs leave out the arm's own links; whatever they hit collides by MuJoCo's defaults.
     for geom in spec.geoms:

@@ -11,7 +11,6 @@ from ..config_sections import SensorConfig
 from ..types import Array, MassProperties
 from .sensor_calibration import CALIBRATIONS
 
-GRAVITY = 9.81
 NOISE_BLOCK = 512
 MINUTE = 60.0
 
@@ -54,9 +53,11 @@ class WristSensor:
         # The minus is the change from what the flange does to what is done to it.
         self._to_steps = -np.linalg.inv(shift) / self._calibration.resolution[:, None]
         self._from_steps = shift * self._calibration.resolution
-        # What takes the tool's weight off, as a linear map of the world's vertical in sensor axes.
+        # What takes the tool's weight off, as a linear map of the vertical in sensor axes.
         mass = tool.mass * (1.0 + config.tool_mass_error)
-        self._lift = GRAVITY * mass * np.vstack((np.eye(3), _cross(tool.center_of_mass)))
+        gravity = np.linalg.norm(model.opt.gravity)
+        self._up = -model.opt.gravity / gravity
+        self._lift = gravity * mass * np.vstack((np.eye(3), _cross(tool.center_of_mass)))
         self._sigma = np.repeat(np.array([config.force_noise, config.torque_noise], dtype=float), 3)
         self._rng = np.random.default_rng([seed, 0x5E])
         # A stream of its own: another kind of fault would not change the noise of a seed.
@@ -104,7 +105,7 @@ class WristSensor:
             self._saturate(steps)
         local = self._from_steps.dot(steps)
         rotation = data.site_xmat[self._site].reshape(3, 3)
-        local += self._lift.dot(rotation[2])
+        local += self._lift.dot(self._up.dot(rotation))
         local -= self._zero
         wrench = local.reshape(2, 3).dot(rotation.T).reshape(6)
         self._filtered = wrench if self._filtered is None else self._filtered + self._blend * (wrench - self._filtered)

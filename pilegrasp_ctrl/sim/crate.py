@@ -1,0 +1,43 @@
+"""The crate that objects are picked from, and the one that an order is collected in. Pure geometry."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..types import Array
+from .wall import Wall
+
+BIN_INNER = (0.56, 0.38, 0.16)
+"""Inner length, width and height of the IFCO crate in the authors' laboratory (their vision's `ifco.yaml`) [m]."""
+BIN_THICKNESS = (0.0175, 0.0075)
+"""Of the short and the long walls [m]: half of what the outer 0.595 x 0.395 m of the laboratory's model leave."""
+
+
+def crate_walls(name: str, center: Array, inner: tuple[float, float, float]) -> tuple[Wall, ...]:
+    """Return the four walls of a crate that stands along x and y.
+
+    Args:
+        name: how a collision calls it; the walls are `{name}_far`, `_near`, `_left` and `_right`, as the arm sees them.
+        center: (2,) of its floor [m].
+        inner: length along x, width along y and height [m].
+    """
+    length, width, height = inner
+    short, long = BIN_THICKNESS
+    sides = {
+        "far": (0.5 * (length + short), 0.0, math.pi, short, width + 2.0 * long),
+        "near": (-0.5 * (length + short), 0.0, 0.0, short, width + 2.0 * long),
+        "left": (0.0, 0.5 * (width + long), -0.5 * math.pi, long, length),
+        "right": (0.0, -0.5 * (width + long), 0.5 * math.pi, long, length),
+    }
+    return tuple(
+        Wall(
+            name=f"{name}_{side}",
+            center=np.array([center[0] + x, center[1] + y, 0.5 * height]),
+            half_size=0.5 * np.array([thickness, along, height]),
+            yaw=yaw,
+            crate=name,
+        )
+        for side, (x, y, yaw, thickness, along) in sides.items()
+    )

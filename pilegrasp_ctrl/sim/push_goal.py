@@ -1,0 +1,46 @@
+"""Where a push goes to: a wall or a corner, and the line on which it gets there. Pure geometry."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..types import Array
+
+
+@dataclass(frozen=True, slots=True)
+class PushGoal:
+    """A wall or a corner that a push of alpha = 0 goes to.
+
+    Attributes:
+        name: "wall", "corner_left" or "corner_right", as the arm sees them.
+        foot: (2,) point of the wall, or the corner's apex [m].
+        yaw: direction of the push of alpha = 0 about z [rad].
+        room: to either side of `foot` along the wall, within which the hand finds room between its neighbours: least
+            and greatest offset of the push's line [m]. A corner leaves none.
+    """
+
+    name: str
+    foot: Array
+    yaw: float
+    room: tuple[float, float] = (0.0, 0.0)
+
+    def lane(self, positions: Array, half_width: float) -> tuple[Array, int]:
+        """Return a point (2,) at the goal on the line of the push that has most objects before it, and their number.
+
+        Args:
+            positions: (n, 2) of the objects [m].
+            half_width: an object counts that is at most this far beside the line [m].
+        """
+        along = np.array([math.cos(self.yaw), math.sin(self.yaw)])
+        left = np.array([-along[1], along[0]])
+        beside = (positions - self.foot) @ left
+        least, greatest = self.room
+        offsets = np.linspace(least, greatest, 1 + round((greatest - least) / 0.01))
+        counts = (np.abs(beside[:, None] - offsets) <= half_width).sum(axis=0)
+        # Among equals the one in the middle, where the objects are met squarely.
+        best = np.flatnonzero(counts == counts.max())
+        offset = offsets[best[len(best) // 2]]
+        return self.foot + offset * left, int(counts.max())

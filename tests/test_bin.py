@@ -1,0 +1,142 @@
+"""The bin: its walls, what a push goes to in it, and its rim, which neither arm nor hand may hit."""
+
+import math
+from itertools import product
+
+import mujoco
+import numpy as np
+import pytest
+
+from pilegrasp_ctrl import run
+from pilegrasp_ctrl.config import load_scenario
+from pilegrasp_ctrl.config_sections import PileConfig, SupportConfig
+from pilegrasp_ctrl.exceptions import PileError
+from pilegrasp_ctrl.preparation import prepare
+from pilegrasp_ctrl.sim.crate import BIN_INNER
+from pilegrasp_ctrl.sim.hand import Hand
+from pilegrasp_ctrl.sim.layout import WALL_DISTANCE, make_layout
+from pilegrasp_ctrl.sim.push_goal import PushGoal
+from pilegrasp_ctrl.sim.start_posture import StartPosture
+
+EMPTY = {"pile.count": 0, "program": "push"}
+
+
+def layout_of(kind="wall", **pile):
+    return make_layout(SupportConfig(kind=kind, bin=True), PileConfig(**pile), 0.054)
+
+
+@pytest.mark.parametrize("kind", ["wall", "corner"])
+def test_the_walls_enclose_the_crates_inner_size_and_nothing_overlaps_it(kind):
+    far, near, left, right = layout_of(kind).walls
+    length, width, height = BIN_INNER
+    assert (length, width, height) == (0.56, 0.38, 0.16)
+    assert far.center[0] - far.half_size[0] == pytest.approx(WALL_DISTANCE)
+    assert near.center[0] + near.half_size[0] == pytest.approx(WALL_DISTANCE - length)
+    assert left.center[1] - left.half_size[0] == pytest.approx(0.5 * width)
+    assert right.center[1] + right.half_size[0] == pytest.approx(-0.5 * width)
+    # Outer sizes of the laboratory's model.
+    assert far.center[0] + far.half_size[0] - near.center[0] + near.half_size[0] == pytest.approx(0.595)
+    assert left.center[1] + left.half_size[0] - right.center[1] + right.half_size[0] == pytest.approx(0.395)
+    for wall in (far, near, left, right):
+        assert wall.center[2] == wall.half_size[2] == 0.5 * height
+        inward = np.array([WALL_DISTANCE - 0.5 * length, 0.0]) - wall.center[:2]
+        assert inward @ [math.cos(wall.yaw), math.sin(wall.yaw)] > 0.0
+
+
+@pytest.mark.parametrize("kind", ["wall", "corner"])
+def test_the_frame_stands_inside_at_the_support(kind):
+    layout = layout_of(kind)
+    corners = layout.frame_center + 0.5 * layout.frame_size * np.array(list(product((-1, 1), repeat=2)))
+    assert corners[:, 0].max() == pytest.approx(WALL_DISTANCE)
+    assert np.abs(corners[:, 1]).max() <= 0.5 * BIN_INNER[1] + 1e-9
+    assert (np.abs(corners[:, 1]).max() == pytest.approx(0.5 * BIN_INNER[1])) == (kind == "corner")
+    with pytest.raises(PileError, match="does not fit into the bin"):
+        layout_of(kind, frame_size=0.4)
+
+
+def test_the_first_goal_is_the_one_that_was_asked_for():
+    assert [goal.name for goal in layout_of("wall").goals] == ["wall", "corner_left", "corner_right"]
+    assert [goal.name for goal in layout_of("corner").goals] == ["corner_left", "corner_right", "wall"]
+    assert make_layout(SupportConfig(), PileConfig(), 0.054).goals == ()
+    corner = layout_of("corner").goals[0]
+    np.testing.assert_allclose(corner.foot, [WALL_DISTANCE, 0.5 * BIN_INNER[1]])
+
+
+def test_a_lane_lies_where_most_objects_are_within_the_hands_room():
+    wall = PushGoal("wall", np.array([1.0, 0.0]), 0.0, (-0.03, 0.12))
+    heap = np.array([[0.95, 0.08], [0.9, 0.09], [0.9, 0.10], [0.95, -0.15]])
+    foot, count = wall.lane(heap, 0.03)
+    assert count == 3
+    assert foot == pytest.approx([1.0, 0.09], abs=0.021)
+    beyond, count = wall.lane(np.array([[0.9, 0.15], [0.9, 0.16]]), 0.06)
+    assert count == 2
+    assert -0.03 <= beyond[1] <= 0.12
+    corner = PushGoal("corner_left", np.array([1.0, 0.19]), math.radians(30.0))
+    foot, count = corner.lane(np.array([[1.0 - math.sqrt(3.0) * 0.1, 0.09], [0.9, -0.1]]), 0.05)
+    np.testing.assert_allclose(foot, corner.foot)
+    assert count == 1
+
+
+def placed(attempt, part, target):
+    """Put the hand so that the centre of the geom `part` is at `target`; return what is said of the contacts."""
+    simulation, plan = attempt.simulation, attempt.plan
+    data, hand = simulation.data, Hand.load("rbo_hand2")
+    search = StartPosture("wam7", hand.transform_tool_to_flange, layout_of(count=0).transform_base_to_world)
+    start = search.solve(plan.start)
+    data.qpos[:7] = start
+    mujoco.mj_forward(simulation.scene.model, data)
+    way = np.asarray(target) - data.geom_xpos[part]
+    data.qpos[:7] = search.solve(plan.start.moved(way), start)
+    mujoco.mj_forward(simulation.scene.model, data)
+    data.time += 1.0
+    return attempt.rims.collision(data)
+
+
+@pytest.fixture(scope="module")
+def attempt():
+    return prepare(load_scenario("bin_picking", EMPTY | {"support.tilt_deg": 0.0}), 0)
+
+
+def test_fingers_may_lean_on_a_wall_but_not_on_its_rim(attempt):
+    model = attempt.simulation.scene.model
+    tip = int(model.body("middle_4").geomadr[0])
+    assert placed(attempt, tip, [0.995, 0.0, 0.05]) == ""
+    assert attempt.simulation.data.ncon > 0
+    verdict = placed(attempt, tip, [0.995, 0.0, 0.155])
+    assert verdict.startswith("collision with the bin's rim: ")
+    assert verdict.endswith("at bin_far")
+
+
+def test_the_wrist_has_nothing_to_seek_at_a_wall(attempt):
+    sensor = attempt.simulation.scene.model.geom("sensor").id
+    verdict = placed(attempt, sensor, [0.7, 0.16, 0.11])
+    assert verdict in {f"collision with the bin's rim: {part} at bin_left" for part in ("sensor", "link5", "link6")}
+
+
+def test_objects_on_a_wall_are_no_collision():
+    attempt = prepare(load_scenario("bin_picking", {"pile.count": 3}), 0)
+    data = attempt.simulation.data
+    names = {frozenset(pair) for pair in data.contact.geom.tolist()}
+    assert any(attempt.simulation.scene.model.geom("bin_far").id in pair for pair in names)
+    data.time = 1.0
+    assert attempt.rims.collision(data) == ""
+
+
+def test_an_arm_that_hits_the_rim_ends_its_primitive():
+    """On a steeper floor the upright arm comes down with its wrist on the near wall."""
+    result = run("bin_picking", overrides=EMPTY | {"support.tilt_deg": 15.0, "strategy.clearance": 0.2})
+    assert not result.success
+    assert result.outcomes[-1].status == "failed"
+    assert result.reason.startswith("approach: collision with the bin's rim: link")
+    assert result.reason.endswith("at bin_near")
+
+
+@pytest.mark.parametrize("kind", ["wall", "corner"])
+def test_a_push_comes_down_inside_and_reaches_its_goal_without_touching_the_rim(kind):
+    result = run("bin_picking", overrides=EMPTY | {"support.kind": kind}, record=True)
+    assert result.success, result.reason
+    assert [outcome.trigger for outcome in result.outcomes] == ["surface contact", "grasp force"]
+    x, y, _ = result.recording.signals["tool_position"][-1]
+    assert (x > 0.97) if kind == "wall" else (y > 0.09 and x > 0.88)
+    # It starts above the rim.
+    assert result.recording.signals["tool_position"][0, 2] > BIN_INNER[2] + 0.05
