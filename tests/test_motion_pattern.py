@@ -123,7 +123,7 @@ def sliding_in(x: float, y: float, stop: float):
     return lambda t: np.stack([np.maximum(x, SPEED * pushed(t) - stop), y + 0 * t], axis=-1)
 
 
-def test_the_deepest_object_has_separated_since_the_hand_is_beneath_it():
+def test_the_object_deep_inside_has_separated_since_the_hand_is_beneath_it():
     ways = {"far": RESTLESS, "edge": sliding_in(0.05, 0.03, 0.01), "deep": sliding_in(0.1, 0.0, 0.04)}
     found = measure(push_recording(ways, held=("deep",)))
     assert found["separated"]["object"] == "deep"
@@ -132,6 +132,17 @@ def test_the_deepest_object_has_separated_since_the_hand_is_beneath_it():
     assert found["in_hand"] == ["edge", "deep"]
     assert found["held"] == ["deep"]
     assert found["agreed"] is True
+
+
+@pytest.mark.parametrize(
+    "other",
+    [sliding_in(0.05, HALF_WIDTH - 0.01, 0.08), sliding_in(0.15, 0.0, 0.045)],
+    ids=["deeper, at a side", "as deep, just come in"],
+)
+def test_an_object_at_the_rim_or_just_come_in_has_not_separated(other):
+    found = measure(push_recording({"far": RESTLESS, "other": other, "settled": sliding_in(0.05, 0.02, 0.04)}))
+    assert found["in_hand"] == ["other", "settled"]
+    assert found["separated"]["object"] == "settled"
 
 
 def test_an_object_that_still_slides_in_has_not_stabilised():
@@ -286,6 +297,9 @@ def test_a_condition_is_summed_up_and_drawn(tmp_path):
     assert summary["approach_speed"]["mean"] == pytest.approx(0.08, rel=1e-3)
     assert pattern.field.attempts == 2
     assert bare.field is None
+    assert "chain_objects" not in summary
+    chained = [row | {"force_chains": {"objects": 2.5, "to_support": 0.4, "at_end": []}} for row in pattern.measures]
+    assert "| chains at a wall [% of the time] | 40 ± 0 |" in markdown([replace(pattern, measures=tuple(chained))])
     table = markdown([pattern, bare])
     assert "| approach speed [mm/s] | 80 ± 0 | none |" in table.splitlines()
     figure = pattern_figure([pattern, bare])

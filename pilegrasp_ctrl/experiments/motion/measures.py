@@ -31,7 +31,7 @@ def measure(recording: Recording) -> dict[str, Any]:
         mouth_width: of the hand's leading edge.
         funnel_width: of the funnel, two diameters ahead of the edge.
         separated: {object, time, stabilised}, from the frames of the push alone.
-        in_hand: names of all objects in the hand at the end of the push; the separated one lies deepest.
+        in_hand: names of all objects in the hand at the end of the push; the separated one is among them.
         held: names of the objects in the hand at the end.
         agreed: whether the separated object is one of them; None where none is held.
         force_chains: see `force_chains`; absent where the recording holds no contacts.

@@ -55,8 +55,10 @@ def summary(measures: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return counts, and means with standard deviations over attempts, of the measures of one condition.
 
     Keys are `attempts`, `triggered`, `separated`, `stabilised`, `held` and `agreed` (numbers of attempts), and for each
-    name in `SPEEDS` a dictionary of `mean`, `std` and `n`.
+    name in `SPEEDS` a dictionary of `mean`, `std` and `n`; so do `chain_objects` and `chain_to_support` where contacts were
+    recorded.
     """
+    chains = [row["force_chains"] for row in measures if "force_chains" in row]
     separated = [row["separated"] for row in measures if row["separated"]]
     return {
         "attempts": len(measures),
@@ -65,7 +67,10 @@ def summary(measures: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "stabilised": sum(row["stabilised"] is not None for row in separated),
         "held": sum(bool(row["held"]) for row in measures),
         "agreed": sum(bool(row["agreed"]) for row in measures),
-    } | {name: _spread(values(measures, name)) for name in SPEEDS}
+    } | {
+        **{name: _spread(values(measures, name)) for name in SPEEDS},
+        **{f"chain_{name}": _spread(values(chains, name)) for name in ("objects", "to_support") if chains},
+    }
 
 
 def values(measures: Sequence[Mapping[str, Any]], name: str) -> list[float]:
@@ -81,7 +86,10 @@ def markdown(patterns: Sequence[MotionPattern]) -> str:
         lines.append([name, *(str(row[name]) for row in rows)])
     for name in SPEEDS:
         unit = "mm" if name.endswith("width") else "mm/s"
-        lines.append([f"{name.replace('_', ' ')} [{unit}]", *(_cell(row[name]) for row in rows)])
+        lines.append([f"{name.replace('_', ' ')} [{unit}]", *(_cell(row[name], 1e3, 0) for row in rows)])
+    if all("chain_objects" in row for row in rows):
+        lines.append(["objects in force chains", *(_cell(row["chain_objects"], 1.0, 1) for row in rows)])
+        lines.append(["chains at a wall [% of the time]", *(_cell(row["chain_to_support"], 1e2, 0) for row in rows)])
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
@@ -94,8 +102,8 @@ def _spread(numbers: list[float]) -> dict[str, Any]:
     }
 
 
-def _cell(entry: Mapping[str, Any]) -> str:
+def _cell(entry: Mapping[str, Any], factor: float, digits: int) -> str:
     if entry["mean"] is None:
         return "none"
-    deviation = "" if entry["std"] is None else f" ± {1e3 * entry['std']:.0f}"
-    return f"{1e3 * entry['mean']:.0f}{deviation}"
+    deviation = "" if entry["std"] is None else f" ± {factor * entry['std']:.{digits}f}"
+    return f"{factor * entry['mean']:.{digits}f}{deviation}"

@@ -16,7 +16,11 @@ to standing still while the hand slides beneath it (1)."""
 
 @dataclass(frozen=True, slots=True)
 class Separation:
-    """The object that has come deepest into the hand by the end of the push.
+    """Of the objects in the hand at the end of the push, the one that has been farthest inside for longest.
+
+    How far an object is inside is the way from its centre to the nearest border over which it could leave: the leading
+    edge, or one of the hand's two sides. The largest integral of that way over the push decides, because an object is
+    as easily lost at a side as at the edge, and one that has only just come in may still roll out.
 
     Attributes:
         object: its name.
@@ -34,7 +38,9 @@ class Separation:
         inside = push.in_hand
         if not inside[-1].any():
             return None
-        chosen = int(np.argmin(np.where(inside[-1], push.relative[-1, :, 0], np.inf)))
+        x, y = np.moveaxis(push.relative, -1, 0)
+        depth = np.where(inside, np.minimum(-x, push.half_width - np.abs(y)), 0.0)
+        chosen = int(np.argmax(np.where(inside[-1], np.trapezoid(depth, push.time, axis=0), -1.0)))
         speed = np.linalg.norm(push.relative_velocity[:, chosen], axis=1)
         still = _since(speed < AT_REST * push.hand_speed)
         return cls(
