@@ -21,6 +21,7 @@ from pilegrasp_ctrl.experiments.motion.motion_field import X_EDGES, Y_EDGES, Mot
 from pilegrasp_ctrl.experiments.motion.motion_pattern import MotionPattern, markdown
 from pilegrasp_ctrl.experiments.motion.push_motion import PushMotion
 from pilegrasp_ctrl.experiments.motion.verdict import verdict
+from pilegrasp_ctrl.experiments.study.attempt import load_measure
 from pilegrasp_ctrl.recording import Recording
 
 SCRIPT = Path(__file__).parents[1] / "scenarios" / "motion_pattern.py"
@@ -312,6 +313,10 @@ def test_a_condition_is_summed_up_and_drawn(tmp_path):
     assert [line.get_color() for line in figure.axes[0].lines] == [RED, RED]
     assert BLUE != RED
     assert not figure.axes[1].collections
+
+
+def test_a_study_finds_the_measure_by_its_name():
+    assert load_measure("pilegrasp_ctrl.experiments.motion.measure") is measure
 
 
 def test_the_script_measures_three_conditions(tmp_path, monkeypatch, capsys):

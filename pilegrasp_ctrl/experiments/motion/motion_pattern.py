@@ -55,8 +55,8 @@ def summary(measures: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return counts, and means with standard deviations over attempts, of the measures of one condition.
 
     Keys are `attempts`, `triggered`, `separated`, `stabilised`, `held` and `agreed` (numbers of attempts), and for each
-    name in `SPEEDS` a dictionary of `mean`, `std` and `n`; so do `chain_objects` and `chain_to_support` where contacts were
-    recorded.
+    name in `SPEEDS` a dictionary of `mean`, `std` and `n`. Where contacts were recorded, `chain_objects` and
+    `chain_to_support` are summed up in the same way.
     """
     chains = [row["force_chains"] for row in measures if "force_chains" in row]
     separated = [row["separated"] for row in measures if row["separated"]]
