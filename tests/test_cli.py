@@ -183,7 +183,7 @@ def test_run_writes_recording_and_page(capsys, attempts, tmp_path):
     assert f"wrote {record}" in out
     assert f"wrote {html}" in out
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.html", "a.npz"]
-    assert pilegrasp_ctrl.Recording.load(record).bodies
+    assert pilegrasp_ctrl.Recording.load(record).meta["motion"]["hand_speed"] > 0.0
 
 
 def test_a_page_alone_implies_a_recording(capsys, attempts, tmp_path):

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-import mujoco
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..types import Array
+
+if TYPE_CHECKING:
+    # A recording is judged by the same rule, without the engine.
+    import mujoco
 
 REACH = 0.20
 """A held object's centre is this near to the tool frame's origin [m]: the hand is 0.18 m long."""
@@ -25,7 +30,11 @@ def held_objects(
     """
     if not objects:
         return 0
-    position = data.xpos[list(objects)]
+    return int(np.count_nonzero(are_held(data.xpos[list(objects)], tool_position, rest_height, lift)))
+
+
+def are_held(position: Array, tool_position: Array, rest_height: Array, lift: float) -> np.ndarray:
+    """Return which of n objects hang in the hand (n,), from their positions (n, 3) [m]; see `held_objects`."""
     risen = position[:, 2] > rest_height + 0.5 * lift
     near = np.linalg.norm(position - tool_position, axis=1) < REACH
-    return int(np.count_nonzero(risen & near))
+    return np.asarray(risen & near)

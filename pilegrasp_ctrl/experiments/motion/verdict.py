@@ -1,0 +1,73 @@
+"""Does the pattern hold? The paper's section III as four questions to the measures of three conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from .motion_pattern import values
+
+Measures = Sequence[Mapping[str, Any]]
+
+LEVEL = 0.05
+NEEDED = 0.9
+"""Share of the successful attempts in which the held object must have been known before the grasp."""
+
+
+def verdict(measures: Mapping[str, Measures]) -> dict[str, dict[str, Any]]:
+    """Return four answers: approach, spread, wall and separation.
+
+    Each holds `verdict` ("holds", "fails" or "not decided") and the numbers that it rests on. Means are compared by
+    Student's one-sided t-test, Welch's where two are compared, at `LEVEL`; the share by its value, with the 95 % Wilson
+    interval beside it.
+
+    Args:
+        measures: those of the attempts at the conditions "none", "wall" and "corner".
+    """
+    everything = [row for condition in ("none", "wall", "corner") for row in measures[condition]]
+    approach = {name: values(rows, "approach_speed") for name, rows in measures.items()}
+    spread = {name: values(rows, "spread_speed") for name, rows in measures.items()}
+    return {
+        "approach": _all_positive(approach),
+        "spread": _all_positive(spread),
+        "wall": _less(spread["wall"], spread["none"]),
+        "separation": _share([bool(row["agreed"]) for row in everything if row["held"]]),
+    }
+
+
+def _all_positive(samples: Mapping[str, list[float]]) -> dict[str, Any]:
+    """Judge whether the mean is positive in every condition; the weakest one decides."""
+    from scipy.stats import ttest_1samp
+
+    if min(map(len, samples.values())) < 2:
+        return {"verdict": "not decided", "p": None}
+    p = {name: float(ttest_1samp(sample, 0.0, alternative="greater").pvalue) for name, sample in samples.items()}
+    opposite = any(ttest_1samp(sample, 0.0, alternative="less").pvalue < LEVEL for sample in samples.values())
+    worst = max(p.values())
+    return {"verdict": "fails" if opposite else "holds" if worst < LEVEL else "not decided", "p": worst}
+
+
+def _less(first: list[float], second: list[float]) -> dict[str, Any]:
+    from scipy.stats import ttest_ind
+
+    if min(len(first), len(second)) < 2:
+        return {"verdict": "not decided", "p": None}
+    p, opposite = (float(ttest_ind(first, second, equal_var=False, alternative=a).pvalue) for a in ("less", "greater"))
+    return {"verdict": "holds" if p < LEVEL else "fails" if opposite < LEVEL else "not decided", "p": p}
+
+
+def _share(agreed: list[bool]) -> dict[str, Any]:
+    from scipy.stats import binomtest
+
+    if not agreed:
+        return {"verdict": "not decided", "n": 0, "agreed": 0, "rate": None, "ci_low": None, "ci_high": None}
+    interval = binomtest(sum(agreed), len(agreed)).proportion_ci(method="wilson")
+    rate = sum(agreed) / len(agreed)
+    return {
+        "verdict": "holds" if rate >= NEEDED else "fails",
+        "n": len(agreed),
+        "agreed": sum(agreed),
+        "rate": rate,
+        "ci_low": float(interval.low),
+        "ci_high": float(interval.high),
+    }

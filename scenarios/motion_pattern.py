@@ -1,0 +1,39 @@
+"""How a pile moves before the hand, without a support, beside a wall and in a corner: a table and the paper's Fig. 2.
+
+Usage: python motion_pattern.py [FIRST LAST [FOLDER]], a range of seeds and where motion_pattern.png and .json go
+"""
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pilegrasp_ctrl as pg
+from pilegrasp_ctrl.experiments.motion.figure import pattern_figure
+from pilegrasp_ctrl.experiments.motion.motion_pattern import MotionPattern, markdown
+from pilegrasp_ctrl.experiments.motion.verdict import verdict
+from pilegrasp_ctrl.recording import Recording
+
+
+def recordings(support: str, seeds: range) -> Iterator[Recording]:
+    """Carry out the attempts with 18 light spheres."""
+    for seed in seeds:
+        result = pg.run("spheres_wall", seed=seed, record=True, overrides={"support.kind": support})
+        if result.recording is not None:
+            yield result.recording
+
+
+def main() -> None:
+    """Measure, print the table and what follows from it, draw."""
+    first, last, folder = [*sys.argv[1:], *("0", "2", ".")[len(sys.argv) - 1 :]]
+    seeds = range(int(first), int(last))
+    patterns = [MotionPattern.of(kind, recordings(kind, seeds)) for kind in ("none", "wall", "corner")]
+    answers = verdict({pattern.name: pattern.measures for pattern in patterns})
+    print(markdown(patterns), *(f"{name}: {answer}" for name, answer in answers.items()), sep="\n")
+    pattern_figure(patterns).savefig(Path(folder) / "motion_pattern.png", dpi=130)
+    rows = {"conditions": [pattern.summary() for pattern in patterns], "verdict": answers}
+    (Path(folder) / "motion_pattern.json").write_text(json.dumps(rows, indent=2), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

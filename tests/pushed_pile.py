@@ -1,0 +1,72 @@
+"""A made-up push over formulas: a hand of one box, objects whose ways are given, so that every measure is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from pilegrasp_ctrl.recording import Body, Recording, Shape
+
+RADIUS = 0.03
+SPEED = 0.1
+FRONT = 0.02
+HALF_WIDTH = 0.05
+BEGIN, END, LAST = 1.0, 3.0, 5.0
+"""The push lasts from 1 s to 3 s; the recording goes on to 5 s."""
+
+Way = Callable[[np.ndarray], np.ndarray]
+
+
+def at_rest(x: float, y: float) -> Way:
+    """Stay at a place, counted from the leading edge's middle at the begin of the push [m]."""
+    return lambda t: np.stack([np.full_like(t, x), np.full_like(t, y)], axis=-1)
+
+
+def moving(x: float, y: float, vx: float, vy: float) -> Way:
+    """Start there and move from the begin of the push to its end [m/s]."""
+    return lambda t: np.stack([x + vx * pushed(t), y + vy * pushed(t)], axis=-1)
+
+
+def pushed(time: np.ndarray) -> np.ndarray:
+    """Return how long the push has lasted [s]."""
+    return np.clip(time, BEGIN, END) - BEGIN
+
+
+def push_recording(
+    ways: Mapping[str, Way],
+    *,
+    alpha: float = 0.0,
+    held: tuple[str, ...] = (),
+    trigger: str = "grasp force",
+    outcomes: list[dict] | None = None,
+    **meta: object,
+) -> Recording:
+    """Return a recording at 100 Hz of a hand that goes at `SPEED` along `alpha` [rad]; the held are lifted at last."""
+    time = np.linspace(0.0, LAST, 501)
+    turn = np.array([[np.cos(alpha), -np.sin(alpha)], [np.sin(alpha), np.cos(alpha)]])
+    lift = 0.2 * np.clip(time - 4.0, 0.0, 1.0)
+    quaternion = np.array([np.cos(alpha / 2), 0.0, 0.0, np.sin(alpha / 2)])
+    begin = np.array([0.5, 0.1])
+
+    def placed(plane: np.ndarray, height: np.ndarray | float) -> np.ndarray:
+        return np.column_stack([begin + plane @ turn.T, np.broadcast_to(height, time.shape)])
+
+    travel = np.column_stack([SPEED * pushed(time), 0.0 * time])
+    tool = placed(travel - [FRONT, 0.0], lift)
+    hand = Body("palm", "hand", (Shape("box", (0.06, HALF_WIDTH, 0.01), (FRONT - 0.06, 0.0, 0.0)),))
+    tracks = [(hand, tool, quaternion)]
+    for name, way in ways.items():
+        place = placed(way(time), RADIUS + lift * (name in held))
+        tracks.append((Body(name, "object", (Shape("sphere", (RADIUS,)),)), place, np.array([1.0, 0.0, 0.0, 0.0])))
+    push = {"name": "push", "status": "ended" if trigger == "grasp force" else "failed", "trigger": trigger}
+    rows = [push | {"start": BEGIN, "end": END, "travel": 0.2, "peak_force": 17.0}] if outcomes is None else outcomes
+    return Recording(
+        meta={"outcomes": rows, "grasped": len(held), "config": {"strategy": {"lift_height": 0.2}}} | meta,
+        bodies=tuple(body for body, _, _ in tracks),
+        frame_time=time,
+        body_position=np.stack([place for _, place, _ in tracks], axis=1),
+        body_quaternion=np.stack([np.broadcast_to(q, (time.size, 4)) for _, _, q in tracks], axis=1),
+        signal_time=time,
+        signals={"tool_position": tool, "reference_position": tool},
+    )

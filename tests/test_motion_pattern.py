@@ -1,0 +1,355 @@
+"""The motion pattern: known ways give known numbers, and every outcome of an attempt gives some."""
+
+import json
+import runpy
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from pushed_pile import BEGIN, END, HALF_WIDTH, RADIUS, SPEED, at_rest, moving, push_recording, pushed
+from synthetic_recording import synthetic
+
+import pilegrasp_ctrl
+from pilegrasp_ctrl.episode import run
+from pilegrasp_ctrl.experiments.motion import annotate, measure
+from pilegrasp_ctrl.experiments.motion.figure import BLUE, RED, pattern_figure
+from pilegrasp_ctrl.experiments.motion.force_chains import force_chains
+from pilegrasp_ctrl.experiments.motion.funnel import Funnel
+from pilegrasp_ctrl.experiments.motion.motion_field import X_EDGES, Y_EDGES, MotionField
+from pilegrasp_ctrl.experiments.motion.motion_pattern import MotionPattern, markdown
+from pilegrasp_ctrl.experiments.motion.push_motion import PushMotion
+from pilegrasp_ctrl.experiments.motion.verdict import verdict
+from pilegrasp_ctrl.experiments.study.attempt import load_measure
+from pilegrasp_ctrl.recording import Recording
+
+SCRIPT = Path(__file__).parents[1] / "scenarios" / "motion_pattern.py"
+
+RESTLESS = moving(0.3, 0.3, 0.02, 0.0)
+"""Far from the hand; it moves from the begin of the push on, so that the pile counts as moving."""
+
+
+def crowd(vx: float, slope: float = 0.0) -> dict:
+    """Rows of objects over the whole width; they move along the push at vx and away from its middle by slope * y."""
+    ways = {"far": RESTLESS}
+    for i, x in enumerate(np.arange(0.01, 0.4, 0.03)):
+        for j, y in enumerate(np.arange(-0.12, 0.121, 0.03)):
+            ways[f"o{i}_{j}"] = moving(x, y, vx, slope * y)
+    return ways
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.6])
+def test_approach_is_how_fast_the_hand_gains_on_what_lies_before_it(alpha):
+    standing = measure(push_recording({"far": RESTLESS, "a": at_rest(0.21, 0.02)}, alpha=alpha))
+    carried = measure(push_recording({"a": moving(0.05, 0.02, SPEED, 0.0)}, alpha=alpha))
+    half = measure(push_recording({"a": moving(0.11, -0.04, 0.5 * SPEED, 0.0)}, alpha=alpha))
+    assert standing["approach_speed"] == pytest.approx(SPEED, rel=1e-4)
+    assert carried["approach_speed"] == pytest.approx(0.0, abs=1e-6)
+    assert half["approach_speed"] == pytest.approx(0.5 * SPEED, rel=1e-4)
+    assert half["hand_speed"] == pytest.approx(SPEED, rel=1e-4)
+
+
+def test_what_is_far_ahead_or_under_way_in_the_hand_does_not_count_as_approaching():
+    found = measure(push_recording({"a": moving(0.5, 0.0, 0.01, 0.0), "b": moving(-0.02, 0.0, SPEED, 0.0)}))
+    assert found["approach_speed"] is None
+
+
+@pytest.mark.parametrize("alpha", [0.0, -0.4])
+def test_spread_is_the_way_off_the_nearer_end_of_the_leading_edge(alpha):
+    # It keeps its place relative to the hand, so that the direction from the edge's end stays (3, 4) / 5.
+    ways = {"a": moving(0.03, HALF_WIDTH + 0.04, SPEED, 0.0), "b": moving(0.03, -HALF_WIDTH - 0.04, SPEED, 0.0)}
+    found = measure(push_recording(ways, alpha=alpha))
+    assert found["spread_speed"] == pytest.approx(0.6 * SPEED, rel=1e-4)
+    assert found["spread_forward"] == pytest.approx(SPEED, rel=1e-4)
+    assert found["spread_sideways"] == pytest.approx(0.0, abs=1e-6)
+    assert found["approach_speed"] is None
+
+
+def test_sideways_means_away_from_the_middle_on_both_sides():
+    found = measure(push_recording({"a": moving(0.3, 0.1, 0.0, 0.02), "b": moving(0.3, -0.1, 0.0, -0.02)}))
+    assert found["spread_sideways"] == pytest.approx(0.02, rel=1e-4)
+
+
+def test_the_clock_starts_when_the_pile_moves_and_stops_when_the_hand_does():
+    late = push_recording({"a": lambda t: np.stack([0.2 + 0.05 * np.clip(t - 2.0, 0, 1), 0 * t], axis=-1)})
+    push = PushMotion.of(late)
+    assert push.time[0] == pytest.approx(2.0)
+    assert push.time[-1] == pytest.approx(END)
+    row = {"name": "push", "trigger": "travel limit: never", "start": BEGIN, "end": END + 0.5}
+    waited = PushMotion.of(push_recording({"a": RESTLESS}, outcomes=[row]))
+    assert waited.time[-1] == pytest.approx(END)
+    assert not waited.triggered
+
+
+def test_the_field_knows_each_cell_and_fields_add_up():
+    push = PushMotion.of(push_recording({"a": moving(0.05, 0.0, SPEED, 0.0), "b": moving(0.05, 0.1, SPEED, 0.02)}))
+    field = MotionField.of(push)
+    cell = np.searchsorted(X_EDGES, 0.05) - 1, np.searchsorted(Y_EDGES, 0.0) - 1
+    assert field.mean_absolute()[cell] == pytest.approx([SPEED, 0.0], abs=1e-6)
+    assert field.mean_relative()[cell] == pytest.approx([0.0, 0.0], abs=1e-6)
+    assert field.time.sum() == pytest.approx(2 * (END - BEGIN))
+    assert field.count.sum() == 2 * (push.time.size - 1)
+    assert np.isnan(field.mean_absolute()[0, 0]).all()
+    both = field + field
+    assert both.attempts == 2
+    assert both.half_width == pytest.approx(HALF_WIDTH)
+    assert np.array_equal(both.count, 2 * field.count)
+    assert both.mean_relative()[cell] == pytest.approx(field.mean_relative()[cell])
+
+
+def test_a_pile_at_rest_flows_into_the_hand_over_its_own_width():
+    assert measure(push_recording(crowd(0.0)))["funnel_width"] == pytest.approx(2 * HALF_WIDTH, rel=0.02)
+
+
+@pytest.mark.parametrize("slope", [0.3, -0.3])
+def test_objects_that_give_way_narrow_the_funnel_and_objects_that_come_together_widen_it(slope):
+    # dy/dx = u_y / u_x = -slope y / SPEED: stream lines are exponentials; y itself grows meanwhile, by the factor g.
+    field = MotionField.of(PushMotion.of(push_recording(crowd(0.0, slope))))
+    width = Funnel.of(field).width_at(4 * RADIUS)
+    assert (width - 2 * HALF_WIDTH) * slope < 0.0
+    steeper = Funnel.of(MotionField.of(PushMotion.of(push_recording(crowd(0.0, 2 * slope))))).width_at(4 * RADIUS)
+    assert (steeper - width) * slope < 0.0
+    assert Funnel.of(field).width_at(0.0) == pytest.approx(2 * HALF_WIDTH)
+
+
+def test_a_pile_that_is_carried_along_has_no_funnel():
+    found = measure(push_recording(crowd(SPEED)))
+    assert found["funnel_width"] is None
+    assert found["mouth_width"] == pytest.approx(2 * HALF_WIDTH)
+
+
+def sliding_in(x: float, y: float, stop: float):
+    """Stand until the leading edge has passed by `stop` [m], then go with the hand."""
+    return lambda t: np.stack([np.maximum(x, SPEED * pushed(t) - stop), y + 0 * t], axis=-1)
+
+
+def test_the_object_deep_inside_has_separated_since_the_hand_is_beneath_it():
+    ways = {"far": RESTLESS, "edge": sliding_in(0.05, 0.03, 0.01), "deep": sliding_in(0.1, 0.0, 0.04)}
+    found = measure(push_recording(ways, held=("deep",)))
+    assert found["separated"]["object"] == "deep"
+    assert found["separated"]["time"] == pytest.approx(BEGIN + 1.0, abs=0.02)
+    assert found["separated"]["stabilised"] == pytest.approx(BEGIN + 1.4, abs=0.02)
+    assert found["in_hand"] == ["edge", "deep"]
+    assert found["held"] == ["deep"]
+    assert found["agreed"] is True
+
+
+@pytest.mark.parametrize(
+    "other",
+    [sliding_in(0.05, HALF_WIDTH - 0.01, 0.08), sliding_in(0.15, 0.0, 0.045)],
+    ids=["deeper, at a side", "as deep, just come in"],
+)
+def test_an_object_at_the_rim_or_just_come_in_has_not_separated(other):
+    found = measure(push_recording({"far": RESTLESS, "other": other, "settled": sliding_in(0.05, 0.02, 0.04)}))
+    assert found["in_hand"] == ["other", "settled"]
+    assert found["separated"]["object"] == "settled"
+
+
+def test_an_object_that_still_slides_in_has_not_stabilised():
+    found = measure(push_recording({"far": RESTLESS, "a": at_rest(0.17, 0.0)}))
+    assert found["separated"]["object"] == "a"
+    assert found["separated"]["stabilised"] is None
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.0, HALF_WIDTH + 0.01), (0.25, 0.0), (-0.13 + 0.2, HALF_WIDTH * 2)])
+def test_beside_or_before_the_hand_nothing_has_separated(x, y):
+    found = measure(push_recording({"far": RESTLESS, "a": moving(x, y, SPEED * (x < 0.1), 0.0)}, held=("a",)))
+    assert found["separated"] is None
+    assert found["agreed"] is False
+
+
+def test_nothing_after_the_push_decides_what_separated():
+    ways = {"far": RESTLESS, "edge": sliding_in(0.05, 0.03, 0.01), "deep": sliding_in(0.1, 0.0, 0.04)}
+    recording = push_recording(ways, held=("deep",))
+    position = recording.body_position.copy()
+    later = recording.frame_time > END + 1e-9
+    position[later, 1:] += [0.3, -0.2, 0.0]
+    changed = measure(replace(recording, body_position=position))
+    assert changed["held"] == []
+    assert {k: v for k, v in changed.items() if k not in ("held", "agreed")} == {
+        k: v for k, v in measure(recording).items() if k not in ("held", "agreed")
+    }
+
+
+def one_frame(recording: Recording) -> Recording:
+    return replace(
+        recording,
+        frame_time=recording.frame_time[:1],
+        body_position=recording.body_position[:1],
+        body_quaternion=recording.body_quaternion[:1],
+    )
+
+
+EMPTY = {
+    "synthetic": synthetic(success=False),
+    "no objects": synthetic(objects=0),
+    "failed approach": synthetic(outcomes=[{"name": "approach", "status": "failed", "start": 0.5, "end": 2.0}]),
+    "no outcomes": synthetic(outcomes=None),
+    "garbled outcomes": synthetic(outcomes=["push", {"name": "push", "start": None, "end": "soon"}]),
+    "push without a trigger": synthetic(outcomes=[{"name": "push", "start": 2.2, "end": 6.4}]),
+    "push of no length": synthetic(outcomes=[{"name": "push", "start": 2.2, "end": 2.2}]),
+    "push beyond the recording": synthetic(outcomes=[{"name": "push", "start": 90.0, "end": 99.0}]),
+    "one frame": one_frame(synthetic()),
+    "no signals": replace(synthetic(), signals={}),
+    "no signal rows": replace(
+        synthetic(),
+        signal_time=np.zeros(0),
+        signals={name: np.zeros((0, 3)) for name in ("tool_position", "reference_position")},
+    ),
+    "pile at rest": push_recording({"a": at_rest(0.5, 0.0)}),
+    "no config": push_recording({"a": RESTLESS}, held=("a",), config=None),
+    "no hand": replace(
+        push_recording({"a": RESTLESS}),
+        bodies=tuple(replace(body, role="object") for body in push_recording({"a": RESTLESS}).bodies),
+    ),
+}
+
+
+@pytest.mark.parametrize("recording", EMPTY.values(), ids=EMPTY.keys())
+def test_every_outcome_gives_the_same_keys(recording):
+    found = measure(recording)
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    assert found.keys() == measure(push_recording(crowd(0.0))).keys()
+    assert isinstance(found["triggered"], bool)
+
+
+def test_where_there_was_no_push_there_is_no_pattern():
+    found = measure(EMPTY["failed approach"])
+    assert found["triggered"] is False
+    assert {found[name] for name in ("approach_speed", "spread_speed", "funnel_width", "separated")} == {None}
+
+
+def test_annotating_adds_the_pattern_and_nothing_else():
+    recording = push_recording({"far": RESTLESS, "a": at_rest(0.17, 0.0)})
+    annotated = annotate(recording)
+    assert annotated.meta["motion"] == measure(recording)
+    assert {**annotated.meta, "motion": None} == {**recording.meta, "motion": None}
+    assert np.array_equal(annotated.body_position, recording.body_position)
+    assert annotate(EMPTY["failed approach"]) is EMPTY["failed approach"]
+
+
+def with_contacts(bodies: list[tuple[int, int]], forces: list[list[float]], walls: int = 0) -> dict:
+    """Force chains of four objects (bodies 1 to 4) with the same contacts in each frame."""
+    ways = {f"o{k}": moving(0.05 + 0.06 * k, 0.0, 0.02, 0.0) for k in range(1, 5)}
+    recording = push_recording(ways)
+    wall = replace(recording.bodies[0], name="wall", role="support")
+    frames = recording.frame_time.size
+    contacts = SimpleNamespace(
+        start=np.arange(frames + 1) * len(bodies),
+        bodies=np.tile(np.array(bodies, dtype=np.int32).reshape(-1, 2), (frames, 1)),
+        force=np.tile(np.array(forces, dtype=np.float32).reshape(-1, 3), (frames, 1)),
+    )
+    scene = SimpleNamespace(contacts=contacts, bodies=(*recording.bodies, wall), frame_time=recording.frame_time)
+    return force_chains(scene, PushMotion.of(recording))
+
+
+def test_a_chain_follows_the_strong_contacts_from_the_hand_to_the_wall():
+    pairs = [(0, 1), (1, 2), (2, 3), (3, 4), (3, 5)]
+    strong = [[-5.0, 0, 0], [-5.0, 0, 0], [-5.0, 0, 0], [0.1, 0, 0], [-5.0, 0, 1.0]]
+    found = with_contacts(pairs, strong)
+    assert found == {"objects": 3.0, "to_support": 1.0, "at_end": ["o1", "o2", "o3"]}
+    resting = [*strong[:4], [0.1, 0.0, 5.0]]
+    assert with_contacts(pairs, resting)["to_support"] == 0.0
+
+
+def test_a_weak_contact_ends_a_chain():
+    found = with_contacts([(0, 1), (1, 2), (3, 4)], [[-5.0, 0, 0], [0.1, 0, 0], [9.0, 0, 0]])
+    assert found["at_end"] == ["o1"]
+    untouched = with_contacts([(3, 4)], [[9.0, 0, 0]])
+    assert untouched == {"objects": None, "to_support": None, "at_end": []}
+
+
+def test_without_contacts_there_are_no_chains():
+    recording = replace(push_recording({"a": RESTLESS}))
+    assert force_chains(recording, PushMotion.of(recording)) is None
+    assert "force_chains" not in measure(recording)
+
+
+def rows(approach: list[float], spread: list[float], agreed: list[bool | None]) -> list[dict]:
+    return [
+        {"approach_speed": a, "spread_speed": s, "held": [] if g is None else ["a"], "agreed": g}
+        for a, s, g in zip(approach, spread, agreed, strict=True)
+    ]
+
+
+def test_the_verdict_follows_the_numbers():
+    fast, wide, narrow = [0.05, 0.06, 0.055], [0.03, 0.031, 0.032], [0.02, 0.021, 0.022]
+    good = {"none": rows(fast, wide, [None] * 3), "wall": rows(fast, narrow, [True] * 3)}
+    answer = verdict(good | {"corner": rows(fast, narrow, [True] * 3)})
+    assert {name: part["verdict"] for name, part in answer.items()} == dict.fromkeys(answer, "holds")
+    swapped = {"none": good["wall"], "wall": good["none"], "corner": rows([-x for x in fast], wide, [False] * 3)}
+    worse = verdict(swapped)
+    assert worse["wall"]["verdict"] == "fails"
+    assert worse["approach"]["verdict"] == "fails"
+    assert worse["separation"]["agreed"] == 3
+    assert worse["separation"]["verdict"] == "fails"
+    assert worse["separation"]["ci_low"] < 0.5 < worse["separation"]["ci_high"]
+    nothing = verdict(dict.fromkeys(("none", "wall", "corner"), rows([None], [None], [None])))
+    assert {part["verdict"] for part in nothing.values()} == {"not decided"}
+
+
+def test_a_condition_is_summed_up_and_drawn(tmp_path):
+    recordings = (push_recording(crowd(0.02, 0.1), held=("o1_4",)) for _ in range(2))
+    pattern = MotionPattern.of("wall", recordings)
+    bare = MotionPattern.of("none", [EMPTY["failed approach"]])
+    summary = pattern.summary()
+    assert (summary["attempts"], summary["triggered"], summary["held"]) == (2, 2, 2)
+    assert summary["approach_speed"]["mean"] == pytest.approx(0.08, rel=1e-3)
+    assert pattern.field.attempts == 2
+    assert bare.field is None
+    assert "chain_objects" not in summary
+    chained = [row | {"force_chains": {"objects": 2.5, "to_support": 0.4, "at_end": []}} for row in pattern.measures]
+    assert "| chains at a wall [% of the time] | 40 ± 0 |" in markdown([replace(pattern, measures=tuple(chained))])
+    table = markdown([pattern, bare])
+    assert "| approach speed [mm/s] | 80 ± 0 | none |" in table.splitlines()
+    figure = pattern_figure([pattern, bare])
+    figure.savefig(tmp_path / "pattern.png")
+    assert (tmp_path / "pattern.png").stat().st_size > 10_000
+    before, beside = figure.axes[0].collections[:2]
+    assert len(before.U) > 20
+    assert (before.U < 0.0).all()
+    assert (beside.U > 0.0).all()
+    assert [line.get_color() for line in figure.axes[0].lines] == [RED, RED]
+    assert BLUE != RED
+    assert not figure.axes[1].collections
+
+
+def test_a_study_finds_the_measure_by_its_name():
+    assert load_measure("pilegrasp_ctrl.experiments.motion.measure") is measure
+
+
+def test_the_script_measures_three_conditions(tmp_path, monkeypatch, capsys):
+    asked = []
+
+    def attempted(name, *, seed, record, overrides):
+        asked.append((name, seed, overrides["support.kind"]))
+        recording = push_recording(crowd(0.01 * seed, 0.1), held=("o1_4",))
+        return SimpleNamespace(recording=recording if record else None)
+
+    monkeypatch.setattr(pilegrasp_ctrl, "run", attempted)
+    monkeypatch.setattr("sys.argv", ["motion_pattern.py", "1", "3", str(tmp_path)])
+    runpy.run_path(str(SCRIPT), run_name="__main__")
+    assert asked == [("spheres_wall", seed, kind) for kind in ("none", "wall", "corner") for seed in (1, 2)]
+    written = json.loads((tmp_path / "motion_pattern.json").read_text())
+    assert [row["condition"] for row in written["conditions"]] == ["none", "wall", "corner"]
+    assert written["verdict"]["approach"]["verdict"] == "holds"
+    assert (tmp_path / "motion_pattern.png").exists()
+    assert "| attempts | 2 | 2 | 2 |" in capsys.readouterr().out
+
+
+@pytest.fixture(scope="module")
+def attempt():
+    return run("spheres_wall", seed=0, record=True, overrides={"pile.count": 5})
+
+
+def test_a_real_attempt_shows_the_pattern(attempt):
+    found = measure(attempt.recording)
+    push = next(outcome for outcome in attempt.outcomes if outcome.name == "push")
+    assert found["triggered"] is (push.trigger == "grasp force")
+    assert len(found["held"]) == attempt.grasped
+    assert 0.09 < found["hand_speed"] < 0.11
+    assert 0.09 < found["mouth_width"] < 0.12
+    assert 0.0 < found["approach_speed"] < found["hand_speed"] * 1.5
+    assert found["separated"] is not None
+    assert push.start < found["separated"]["time"] <= push.end
