@@ -112,6 +112,22 @@ def test_an_attempt_can_be_run_again_from_the_store_alone(store, counts):
         store.scenario("0" * 16)
 
 
+def test_a_file_of_the_users_is_found_from_another_working_directory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "gains.toml").write_text("[motion]\nstiffness = 100.0\n")
+    (tmp_path / "ball.toml").write_text("shape = 'sphere'\nradius = 0.03\nmass = 0.06\n")
+    changes = {"controller.gains": "gains.toml", "pile.object": "./ball.toml"}
+    condition = Condition(load_scenario("spheres_wall", changes), {})
+    with StudyStore("study", create=True) as store:
+        store.adopt([condition], ORIGINS)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    with StudyStore(tmp_path / "study") as store:
+        scenario = store.scenario(condition.config_hash)
+    assert scenario.controller.gains == str(tmp_path / "gains.toml")
+    assert scenario.pile.object == str(tmp_path / "ball.toml")
+
+
 def test_a_file_of_the_users_that_has_changed_is_found(tmp_path):
     gains = tmp_path / "gains.toml"
     gains.write_text("[motion]\nstiffness = 100.0\n")

@@ -77,7 +77,7 @@ def run_study(
             owners = {(condition.config_hash, seed): condition for condition, seed in missing}
             orders = [
                 AttemptTask(
-                    condition.scenario,
+                    condition.placed,
                     condition.config_hash,
                     seed,
                     _recorded(record, seed == first[condition.config_hash]),

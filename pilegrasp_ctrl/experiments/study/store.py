@@ -161,7 +161,7 @@ class StudyStore:
             raise ConfigurationError(
                 f"{self.path} holds another study: {reason}; choose another folder, or repeat the command that began it"
             )
-        scenarios = [(condition.config_hash, condition.scenario.model_dump_json()) for condition in conditions]
+        scenarios = [(condition.config_hash, condition.placed.model_dump_json()) for condition in conditions]
         with self._transaction() as connection:
             connection.executemany("INSERT OR IGNORE INTO origins VALUES (?, ?)", origins.items())
             connection.executemany("INSERT OR IGNORE INTO scenarios (config_hash, scenario) VALUES (?, ?)", scenarios)
