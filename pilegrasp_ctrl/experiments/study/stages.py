@@ -20,8 +20,8 @@ from unittest.mock import patch
 
 from ...config import Scenario, load_scenario, parse_overrides
 
-SEEDS = (0, 1, 2)
-REPEATS = 3
+SEEDS = (0, 1)
+REPEATS = 2
 """Of each seed; the least time of a stage is told, since whatever else runs on the machine only adds to it."""
 
 START, SETTLED = "process start and imports, once a worker", "pile settled, not in the cache, once a seed"
