@@ -8,10 +8,12 @@ from scipy.stats import norm
 
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.exceptions import ConfigurationError, ExportError
+from pilegrasp_ctrl.experiments.folder_lock import locked
 from pilegrasp_ctrl.experiments.study import origins
 from pilegrasp_ctrl.experiments.study.attempt import AttemptReport
 from pilegrasp_ctrl.experiments.study.condition import Condition, conditions
 from pilegrasp_ctrl.experiments.study.origins import compare, origins_of
+from pilegrasp_ctrl.experiments.study.run import run_study
 from pilegrasp_ctrl.experiments.study.store import StudyStore
 from pilegrasp_ctrl.experiments.study.summary import summarise
 
@@ -181,6 +183,15 @@ def test_what_is_no_study_is_refused(tmp_path):
         connection.execute("CREATE TABLE attempts (x)")
     with pytest.raises(ExportError, match="is no study"):
         StudyStore(other, create=True)
+
+
+def test_one_writer_at_a_time(tmp_path):
+    tasks = [(Condition(load_scenario("spheres_wall"), {}), 0)]
+    with locked(tmp_path), pytest.raises(ConfigurationError, match="another study writes there now"):
+        run_study(tasks, tmp_path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ExportError, match="the folder cannot be made"):
+        run_study(tasks, tmp_path / "file")
 
 
 def test_counts_and_wilson_intervals(store, counts):
