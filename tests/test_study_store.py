@@ -8,10 +8,12 @@ from scipy.stats import norm
 
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.exceptions import ConfigurationError, ExportError
+from pilegrasp_ctrl.experiments.folder_lock import locked
 from pilegrasp_ctrl.experiments.study import origins
 from pilegrasp_ctrl.experiments.study.attempt import AttemptReport
 from pilegrasp_ctrl.experiments.study.condition import Condition, conditions
 from pilegrasp_ctrl.experiments.study.origins import compare, origins_of
+from pilegrasp_ctrl.experiments.study.run import run_study
 from pilegrasp_ctrl.experiments.study.store import StudyStore
 from pilegrasp_ctrl.experiments.study.summary import summarise
 
@@ -112,6 +114,22 @@ def test_an_attempt_can_be_run_again_from_the_store_alone(store, counts):
         store.scenario("0" * 16)
 
 
+def test_a_file_of_the_users_is_found_from_another_working_directory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "gains.toml").write_text("[motion]\nstiffness = 100.0\n")
+    (tmp_path / "ball.toml").write_text("shape = 'sphere'\nradius = 0.03\nmass = 0.06\n")
+    changes = {"controller.gains": "gains.toml", "pile.object": "./ball.toml"}
+    condition = Condition(load_scenario("spheres_wall", changes), {})
+    with StudyStore("study", create=True) as store:
+        store.adopt([condition], ORIGINS)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    with StudyStore(tmp_path / "study") as store:
+        scenario = store.scenario(condition.config_hash)
+    assert scenario.controller.gains == str(tmp_path / "gains.toml")
+    assert scenario.pile.object == str(tmp_path / "ball.toml")
+
+
 def test_a_file_of_the_users_that_has_changed_is_found(tmp_path):
     gains = tmp_path / "gains.toml"
     gains.write_text("[motion]\nstiffness = 100.0\n")
@@ -165,6 +183,15 @@ def test_what_is_no_study_is_refused(tmp_path):
         connection.execute("CREATE TABLE attempts (x)")
     with pytest.raises(ExportError, match="is no study"):
         StudyStore(other, create=True)
+
+
+def test_one_writer_at_a_time(tmp_path):
+    tasks = [(Condition(load_scenario("spheres_wall"), {}), 0)]
+    with locked(tmp_path), pytest.raises(ConfigurationError, match="another study writes there now"):
+        run_study(tasks, tmp_path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ExportError, match="the folder cannot be made"):
+        run_study(tasks, tmp_path / "file")
 
 
 def test_counts_and_wilson_intervals(store, counts):

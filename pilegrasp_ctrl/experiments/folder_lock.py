@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..exceptions import ConfigurationError
+from ..exceptions import ConfigurationError, ExportError
 
 
 @contextmanager
@@ -16,8 +16,13 @@ def locked(folder: Path, what: str = "search") -> Iterator[None]:
 
     Raises:
         ConfigurationError: where another process holds it.
+        ExportError: where nothing can be written to the folder.
     """
-    with (folder / ".lock").open("w") as file:
+    try:
+        opened = (folder / ".lock").open("w")
+    except OSError as error:
+        raise ExportError(f"{folder}: nothing can be written to the folder: {error.strerror}") from None
+    with opened as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:

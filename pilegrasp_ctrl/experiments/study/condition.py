@@ -11,6 +11,7 @@ from typing import Any
 
 from ...config import Scenario, load_scenario
 from ...exceptions import ConfigurationError
+from ...scenarios import is_file
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,16 @@ class Condition:
     def config_hash(self) -> str:
         """Return the scenario's hash, as it is when it is first asked for."""
         return self.scenario.config_hash()
+
+    @cached_property
+    def placed(self) -> Scenario:
+        """Return the scenario with absolute paths of its files, so that it means the same in any working directory."""
+        controller, pile = self.scenario.controller, self.scenario.pile
+        if controller.gains is not None:
+            controller = controller.model_copy(update={"gains": str(Path(controller.gains).absolute())})
+        if is_file(pile.object):
+            pile = pile.model_copy(update={"object": str(Path(pile.object).absolute())})
+        return self.scenario.model_copy(update={"controller": controller, "pile": pile})
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain JSON values: the scenario's name and what is varied."""

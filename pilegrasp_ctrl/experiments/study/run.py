@@ -15,7 +15,7 @@ from .condition import Condition
 from .dispatch import Pool, dispatch
 from .origins import origins_of
 from .progress import Progress, StudyProgress
-from .store import StudyStore
+from .store import StudyStore, make_folder
 from .worker_pool import WorkerPool
 
 Record = Literal["none", "failures", "first", "all"]
@@ -69,15 +69,17 @@ def run_study(
         first.setdefault(condition.config_hash, seed)
     check_conditions(list(distinct.values()))
     origins = origins_of((condition.scenario for condition in distinct.values()), measure)
-    store = StudyStore(folder, create=True)
-    try:
-        with locked(store.folder, "study"):
+    folder = Path(folder)
+    make_folder(folder)
+    with locked(folder, "study"):
+        store = StudyStore(folder, create=True)
+        try:
             store.adopt(distinct.values(), origins, configuration)
             missing = store.missing(tasks)
             owners = {(condition.config_hash, seed): condition for condition, seed in missing}
             orders = [
                 AttemptTask(
-                    condition.scenario,
+                    condition.placed,
                     condition.config_hash,
                     seed,
                     _recorded(record, seed == first[condition.config_hash]),
@@ -87,9 +89,9 @@ def run_study(
                 for condition, seed in missing
             ]
             _carry_out_all(store, orders, owners, tasks, jobs, scheduler, progress)
-    except BaseException:
-        store.close()
-        raise
+        except BaseException:
+            store.close()
+            raise
     return store
 
 

@@ -74,12 +74,18 @@ class StudyStore:
         self.path = self.folder / FILE
         if not create and not self.path.is_file():
             raise ExportError(f"{self.path}: no such study; `pilegrasp sweep ... --out {self.folder}` makes one")
-        try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise ExportError(f"{self.folder}: the folder cannot be made: {error.strerror}") from None
+        if create:
+            make_folder(self.folder)
         with self._explained():
             self._connection = sqlite3.connect(self.path, timeout=PATIENCE, isolation_level=None)
+        try:
+            self._open(create)
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self, create: bool) -> None:
+        with self._explained():
             self._connection.execute("PRAGMA synchronous=EXTRA")
             known = {name for (name,) in self._connection.execute("SELECT name FROM sqlite_master WHERE type='table'")}
             if not known and create:
@@ -161,7 +167,7 @@ class StudyStore:
             raise ConfigurationError(
                 f"{self.path} holds another study: {reason}; choose another folder, or repeat the command that began it"
             )
-        scenarios = [(condition.config_hash, condition.scenario.model_dump_json()) for condition in conditions]
+        scenarios = [(condition.config_hash, condition.placed.model_dump_json()) for condition in conditions]
         with self._transaction() as connection:
             connection.executemany("INSERT OR IGNORE INTO origins VALUES (?, ?)", origins.items())
             connection.executemany("INSERT OR IGNORE INTO scenarios (config_hash, scenario) VALUES (?, ?)", scenarios)
@@ -246,6 +252,18 @@ class StudyStore:
         """Return the recording of an attempt, or None."""
         file = self.recording_file(row.config_hash, row.seed)
         return file if file.is_file() else None
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder of a study, where it is missing.
+
+    Raises:
+        ExportError: where it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ExportError(f"{folder}: the folder cannot be made: {error.strerror}") from None
 
 
 def _row(config_hash: str, seed: int, condition: str, result: str | None, error: str | None) -> AttemptRow:

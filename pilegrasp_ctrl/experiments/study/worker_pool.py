@@ -56,16 +56,7 @@ class WorkerPool:
         return self._jobs
 
     def submit(self, function: Callable[[Any], Any], task: Any) -> Future[Any]:
-        """Hand a task to an idle worker; there is one while fewer than `width` are under way.
-
-        Raises:
-            SimulationError: where worker processes cannot start.
-        """
-        if self._failed_starts >= STARTS:
-            raise SimulationError(
-                "the worker processes end before they begin; a script that sweeps needs its call below "
-                'if __name__ == "__main__", and each worker about 300 MB of memory'
-            )
+        """Hand a task to an idle worker; there is one while fewer than `width` are under way."""
         worker = self._idle.pop()
         if worker is None:
             worker = _Worker()
@@ -75,7 +66,16 @@ class WorkerPool:
         return future
 
     def died(self, error: BaseException) -> bool:
-        """Return whether an error of a future means that the worker ran out of memory or died."""
+        """Return whether an error of a future means that the worker ran out of memory or died.
+
+        Raises:
+            SimulationError: where worker processes cannot even start.
+        """
+        if self._failed_starts >= STARTS:
+            raise SimulationError(
+                "the worker processes end before they begin; a script that sweeps needs its call below "
+                'if __name__ == "__main__", and each worker about 300 MB of memory'
+            )
         return isinstance(error, BrokenProcessPool | MemoryError)
 
     def _release(self, worker: _Worker, future: Future[Any]) -> None:
