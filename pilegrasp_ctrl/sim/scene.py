@@ -25,13 +25,13 @@ SUPPORT_BIT = 1
 SOLVER_ITERATIONS = 30
 """Of CG, at most; each step starts from the solution of the one before."""
 COLLISION_TOLERANCE = 1e-10
-"""Of libccd [m], which finds the contacts of ellipsoids; at MuJoCo's 1e-6 it misses the shallowest. MuJoCo's own search
-(4.0) stops at a wrong face about once in a thousand shallow contacts of two ellipsoids: apples that overlap by 0.01 mm
-are then reported, and thrown apart, as if by 14."""
+"""Of the search for contacts of ellipsoids, by libccd, and of cylinders, by MuJoCo's own [m]; at MuJoCo's 1e-6 the one
+misses the shallowest, and the other ends deep inside now and then. For ellipsoids MuJoCo's own (4.0) stops at a wrong
+face about once in a thousand shallow contacts: apples that overlap by 0.01 mm are then thrown apart as if by 14."""
+COLLISION_ITERATIONS = 100
+"""Of the search for contacts of cylinders, at most; MuJoCo's 35 end it before the tolerance is met."""
 SLEEP_TOLERANCE = 5e-3
 """An island whose generalised velocities, scaled by length, stay below this [m/s] falls asleep."""
-
-
 SLOPE_SLEEP_TOLERANCE = 5e-4
 """The same on a slope [m/s]. Sleep comes after ten steps; at the larger tolerance a ball that has bounced off the low
 wall would fall asleep where it turns round, and hang there."""
@@ -110,8 +110,10 @@ def add_objects(spec: mujoco.MjSpec, kind: ObjectKind, count: int, supports: lis
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_NATIVECCD
         spec.option.ccd_tolerance = COLLISION_TOLERANCE
     if kind.shape == "cylinder":
-        # MuJoCo's search for more than one contact of two round flanks throws them apart once in a thousand times.
+        # MuJoCo's search for several contacts of two round flanks throws them apart now and then; one is enough.
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MULTICCD
+        spec.option.ccd_tolerance = COLLISION_TOLERANCE
+        spec.option.ccd_iterations = COLLISION_ITERATIONS
     for index in range(count):
         hue = (0.11 + 0.61803399 * index) % 1.0
         kind.add_to(spec, index, (*colorsys.hsv_to_rgb(hue, 0.62, 0.92), 1.0))
