@@ -17,6 +17,7 @@ from .config_sections import (
     ControllerConfig,
     LineConfig,
     Name,
+    OrderConfig,
     PileConfig,
     Section,
     SensorConfig,
@@ -28,6 +29,9 @@ from .config_sections import (
 from .exceptions import ConfigurationError
 from .scenarios import find, is_file, object_digests
 
+_HEEDED = {"line": {"line"}, "order": {"strategy", "order"}}
+"""Sections that a program looks at, where they are not the strategy alone."""
+
 
 class Scenario(Section):
     """One attempt, completely described; together with a seed it fixes the result."""
@@ -35,7 +39,7 @@ class Scenario(Section):
     name: Name = Field(default="unnamed", description="the file's own name where absent")
     summary: Text = Field(default="", description="one line for `pilegrasp list`")
     tags: tuple[Text, ...] = Field(default=(), description="words for `pilegrasp list --tag`")
-    program: Literal["grasp", "push", "line"] = Field(
+    program: Literal["grasp", "push", "line", "order"] = Field(
         default="grasp", description="sequence of primitives that is carried out"
     )
     robot: Name = Field(default="wam7", description="arm: a folder of `robots/`")
@@ -44,6 +48,7 @@ class Scenario(Section):
     pile: PileConfig = PileConfig()
     strategy: StrategyConfig = StrategyConfig()
     line: LineConfig = LineConfig()
+    order: OrderConfig = OrderConfig()
     controller: ControllerConfig = ControllerConfig()
     sensor: SensorConfig = SensorConfig()
     sim: SimulationConfig = SimulationConfig()
@@ -51,13 +56,22 @@ class Scenario(Section):
     @model_validator(mode="after")
     def _every_key_counts(self) -> Scenario:
         """Refuse a value that the program would not look at."""
-        section = "strategy" if self.program == "line" else "line"
-        for key in getattr(self, section).changed():
-            raise PydanticCustomError(
-                "idle",
-                "{key} has no effect where program = '{program}'; leave it out",
-                {"key": f"{section}.{key}", "program": self.program},
-            )
+        idle = {"strategy", "line", "order"} - _HEEDED.get(self.program, {"strategy"})
+        for section in sorted(idle):
+            for key in getattr(self, section).changed():
+                raise PydanticCustomError(
+                    "idle",
+                    "{key} has no effect where program = '{program}'; leave it out",
+                    {"key": f"{section}.{key}", "program": self.program},
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _an_order_comes_from_a_bin(self) -> Scenario:
+        """Refuse an order that nothing can be picked from or with."""
+        if self.program == "order" and not (self.support.bin and self.hand == "rbo_hand2" and self.pile.count):
+            wanted = "support.bin = true, hand = 'rbo_hand2', which can let go, and pile.count of 1 or more"
+            raise PydanticCustomError("idle", "program = 'order' needs {wanted}", {"key": "program", "wanted": wanted})
         return self
 
     def config_hash(self) -> str:

@@ -81,6 +81,13 @@ class StrategyConfig(Section):
     clearance: float = Field(default=0.05, ge=0.0, le=0.2, description="fingertips to the pile's edge at first [m]")
 
 
+class OrderConfig(Section):
+    """An order from the bin, for `program = "order"`."""
+
+    count: int = Field(default=4, ge=1, le=50, description="objects to deliver; a net-bag counts as one")
+    max_attempts: int = Field(default=15, ge=1, le=100, description="attempts after which the order is given up")
+
+
 class LineConfig(Section):
     """A straight line in free space, for `program = "line"`."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
@@ -18,8 +18,10 @@ from . import __version__
 from .config import Scenario, load_scenario
 from .control.saturation import Saturation
 from .exceptions import ConfigurationError
+from .order import PickAttempt
 from .preparation import Attempt, prepare
 from .primitives.primitive import Ending, Phase, Primitive, Sensed, Target
+from .primitives.strategy import Plan
 from .recorder import Recorder
 from .sim.frame_feed import FrameFeed, Observer
 from .sim.grasp_check import held_objects
@@ -33,7 +35,7 @@ Progress = Callable[[float, str], None]
 PROGRESS_PERIOD = 0.1
 STAND_STILL = 0.5
 TIME_LIMIT = 60.0
-"""No attempt takes longer than this [s]."""
+"""No attempt takes longer than this, each one of an order counted [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +50,7 @@ class EpisodeResult:
         grasped: number of objects held after lift and hold.
         reason: why it ended without success, or "".
         outcomes: one for each primitive that began.
+        attempts: of an order; else empty.
         sim_time: simulated seconds.
         wall_time: seconds that the loop took on the wall clock, without those that its observer took.
         tick_times: (n,) seconds of each control tick, state to torque.
@@ -68,6 +71,7 @@ class EpisodeResult:
     tick_times: Array
     limited_ticks: int
     fallback_ticks: int
+    attempts: tuple[PickAttempt, ...] = ()
     recording: Recording | None = field(default=None, repr=False)
 
     def as_dict(self) -> dict[str, Any]:
@@ -81,6 +85,7 @@ class EpisodeResult:
             "grasped": self.grasped,
             "reason": self.reason,
             "outcomes": [outcome.as_dict() for outcome in self.outcomes],
+            **({"attempts": [attempt.as_dict() for attempt in self.attempts]} if self.attempts else {}),
             "sim_time": self.sim_time,
             "wall_time": self.wall_time,
             "realtime_factor": self.sim_time / self.wall_time,
@@ -158,15 +163,24 @@ class _Loop:
         self._target = Target(Reference(attempt.plan.start), attempt.plan.closure)
         self._zero = np.zeros(6)
         self._overload = ""
+        self._begun = 0.0
+        self._withdrawing = False
 
     def run(self) -> EpisodeResult:
         """Run every primitive until one fails, then judge."""
         attempt = self._attempt
         start = time.perf_counter()
         with _no_garbage_collection():
-            outcomes = self._carry_out_all()
+            self._stand_still()
+            if attempt.order:
+                outcomes, reason = attempt.order.fill(self._look, self._begin, self._carry_out_all)
+            else:
+                outcomes = self._carry_out_all(attempt.plan.primitives)
         wall_time = time.perf_counter() - start - (self._frames.seconds if self._frames else 0.0)
-        grasped, reason = self._judge(outcomes)
+        if attempt.order:
+            grasped = sum(pick.delivered for pick in attempt.order.attempts)
+        else:
+            grasped, reason = self._judge(outcomes)
         result = EpisodeResult(
             scenario=attempt.scenario.name,
             seed=attempt.seed,
@@ -180,17 +194,37 @@ class _Loop:
             tick_times=np.array(self._ticks),
             limited_ticks=self._limited,
             fallback_ticks=self._fallbacks,
+            attempts=tuple(attempt.order.attempts) if attempt.order else (),
         )
         return replace(result, recording=self._recorder.finish(_meta(attempt, result))) if self._recorder else result
 
-    def _carry_out_all(self) -> list[Outcome]:
-        self._stand_still()
+    def _carry_out_all(self, primitives: Sequence[Primitive], withdrawing: bool = False) -> list[Outcome]:
+        """Carry out primitives until one fails; an arm that is withdrawn after a failure is not failed for it again."""
+        self._withdrawing = withdrawing
         outcomes: list[Outcome] = []
-        for primitive in self._attempt.plan.primitives:
+        for primitive in primitives:
             outcomes.append(self._carry_out(primitive))
             if outcomes[-1].status == "failed":
+                self._overload = ""
                 break
         return outcomes
+
+    def _begin(self, plan: Plan) -> None:
+        """Make ready for an attempt of an order; the hand is empty and at rest."""
+        simulation = self._attempt.simulation
+        self._begun = float(simulation.data.time)
+        self._saturation = Saturation(self._attempt.period)
+        simulation.tare()
+        if self._recorder:
+            self._recorder.push_direction = plan.direction
+
+    def _look(self) -> tuple[Array, Array, Array, float]:
+        """Return the objects' poses, the tool's position, the arm's posture and the time, as `order.Look` says."""
+        simulation = self._attempt.simulation
+        poses = simulation.data.qpos[simulation.scene.object_qpos :].reshape(-1, 7).copy()
+        q = simulation.data.qpos[: self._attempt.arm.nv].copy()
+        tool = self._attempt.arm.update(q, np.zeros(self._attempt.arm.nv)).pose.translation
+        return poses, tool, q, float(simulation.data.time)
 
     def _stand_still(self) -> None:
         """Hold the start pose until fingers, friction and the sensor's filter have come to rest, then tare."""
@@ -226,10 +260,12 @@ class _Loop:
             last = sensed
             peak = max(peak, phase.force(sensed))
             ending = phase.ending(sensed)
-            if overload := self._overload or observation.saturated:
+            overload = self._overload or observation.saturated
+            if overload and not self._withdrawing:
                 # A reading held at the sensor's range is no event, whatever it crossed on its way there.
                 ending = Ending(f"wrist sensor saturated: {overload}", failed=True)
-            if ending is None and (lasting or sensed.time > TIME_LIMIT):
+            late = sensed.time - self._begun > TIME_LIMIT and not self._withdrawing
+            if ending is None and (lasting or late):
                 ending = Ending(lasting or f"time limit of {TIME_LIMIT:.0f} s", failed=True)
             if ending is not None:
                 if self._recorder:
@@ -252,7 +288,8 @@ class _Loop:
             simulation.apply(self._torque, self._target.closure)
             simulation.step()
             self._watchdog.check(simulation.data)
-            lasting = self._saturation.after(output) or attempt.rims.collision(simulation.data)
+            if not self._withdrawing:
+                lasting = self._saturation.after(output) or attempt.rims.collision(simulation.data)
             if self._progress and observation.time >= self._next_progress:
                 self._next_progress = observation.time + PROGRESS_PERIOD
                 self._progress(observation.time, primitive.name)
@@ -285,5 +322,6 @@ def _meta(attempt: Attempt, result: EpisodeResult) -> dict[str, Any]:
         "grasped": result.grasped,
         "reason": result.reason,
         "outcomes": [outcome.as_dict() for outcome in result.outcomes],
+        "attempts": [pick.as_dict() for pick in result.attempts],
         "versions": {name: version(name) for name in ("mujoco", "pin", "numpy", "daqp")} | {"pilegrasp": __version__},
     }

@@ -15,6 +15,7 @@ from .control.hybrid_impedance import HybridImpedanceController
 from .control.operational_space import OperationalSpaceController
 from .control.tool_axes import move_wrench
 from .exceptions import ConfigurationError, UnreachablePoseError
+from .order import Order, delivery_pose
 from .primitives.primitive import Target
 from .primitives.strategy import HAND_HALF_WIDTH, Plan, Tool, line_plan, pile_extent, pile_strategy
 from .robots import names, path
@@ -51,6 +52,7 @@ class Attempt:
         period: of the control [s].
         object_poses: (n, 7) the settled pile.
         rims: watches the walls of a bin.
+        order: for `program = "order"`, what comes after the first attempt.
     """
 
     scenario: Scenario
@@ -62,6 +64,7 @@ class Attempt:
     period: float
     object_poses: Array
     rims: RimCheck
+    order: Order | None = None
 
 
 def prepare(scenario: Scenario, seed: int) -> Attempt:
@@ -80,14 +83,25 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
         scenario.robot, tool=tool, tool_frame=hand.transform_tool_to_flange, base=base, gravity=layout.gravity
     )
     search = StartPosture(scenario.robot, hand.transform_tool_to_flange, base)
-    plan, q = _plan_within_reach(scenario, hand, layout, object_poses, kind.bounding_radius, search, *layout.goals[:1])
+
+    def plan_to(poses: Array, goal: PushGoal | None, posture: Array | None = None) -> tuple[Plan, Array]:
+        return _plan_within_reach(scenario, hand, layout, poses, kind.bounding_radius, search, goal, posture)
+
+    order = None
+    if scenario.program == "order":
+        members = kind.net.members if kind.net else 1
+        order = Order(scenario, layout.goals, members, delivery_pose(hand.theta), plan_to)
+        _, plan, q = order.next_plan(object_poses)
+        search.solve(delivery_pose(hand.theta), q)
+    else:
+        plan, q = plan_to(object_poses, layout.goals[0] if layout.goals else None)
     scene = build_scene(scenario, hand, kind, layout)
     period = steps * scenario.sim.timestep
     sensor = WristSensor(scene.model, tool, scenario.sensor, period, seed)
     simulation = Simulation(scene, sensor, steps)
     simulation.reset(q, object_poses)
     rims = RimCheck(scene, layout.walls)
-    return Attempt(scenario, seed, arm, plan, simulation, control(arm, q), period, object_poses, rims)
+    return Attempt(scenario, seed, arm, plan, simulation, control(arm, q), period, object_poses, rims, order)
 
 
 def check(scenario: Scenario) -> None:
@@ -106,7 +120,7 @@ def _parts(scenario: Scenario) -> tuple[int, Hand, ObjectKind, Layout, Callable[
     steps = _steps(scenario)
     hand = Hand.load(scenario.hand)
     kind = kind_of(scenario.pile)
-    layout = make_layout(scenario.support, scenario.pile, kind.diameter)
+    layout = make_layout(scenario.support, scenario.pile, kind.diameter, scenario.program == "order")
     return steps, hand, kind, layout, _controller_factory(scenario, hand)
 
 
@@ -128,12 +142,13 @@ def _plan_within_reach(
     object_poses: Array,
     radius: float,
     search: StartPosture,
-    goal: PushGoal | None = None,
+    goal: PushGoal | None,
+    posture: Array | None,
 ) -> tuple[Plan, Array]:
     """Return the plan with the longest push that the arm can follow to its end, and the start posture."""
     for farthest in REACH:
         plan = _plan(scenario, hand, layout, object_poses, radius, farthest, goal)
-        q = posture = search.solve(plan.start)
+        q = posture = search.solve(plan.start, posture)
         for pose in plan.waypoints:
             posture = search.solve(pose, posture)
         try:
@@ -167,7 +182,7 @@ def _plan(
         foot, _ = goal.lane(positions, HAND_HALF_WIDTH)
         center = foot + min((center - foot) @ direction, -radius) * direction
     extent = pile_extent(positions, radius, center, direction) if len(positions) else 0.5 * layout.frame_size
-    grasp = scenario.program == "grasp"
+    grasp = scenario.program != "push"
     return pile_strategy(
         scenario.strategy, _tool(hand), center, extent, farthest, grasp, yaw, LIFT_BACK if goal else None
     )

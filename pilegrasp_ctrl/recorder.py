@@ -34,10 +34,15 @@ UNITS = {
 
 
 class Recorder:
-    """Samples bodies at 30 Hz and signals at 100 Hz; no wall-clock time enters, so equal attempts give equal bytes."""
+    """Samples bodies at 30 Hz and signals at 100 Hz; no wall-clock time enters, so equal attempts give equal bytes.
+
+    Attributes:
+        push_direction: (3,) along which the force of the push is noted.
+    """
 
     def __init__(self, simulation: Simulation, arm: ArmModel, push_direction: Array) -> None:
-        self._simulation, self._torque_limit, self._direction = simulation, arm.torque_limit, push_direction
+        self._simulation, self._torque_limit = simulation, arm.torque_limit
+        self.push_direction = push_direction
         self._bodies, self._ids = drawn_bodies(simulation.scene)
         self._frames: list[tuple[float, Array, Array]] = []
         self._rows: list[dict[str, Any]] = []
@@ -67,7 +72,7 @@ class Recorder:
         self._rows.append(
             {
                 "time": observation.time,
-                "push_force": -self._direction @ relative,
+                "push_force": -self.push_direction @ relative,
                 "normal_force": relative[2],
                 "wrench": observation.wrench,
                 "sensor_saturated": float(bool(observation.saturated)),

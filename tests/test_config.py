@@ -21,7 +21,7 @@ DIFFERENCES = {
     "spheres_alone": {"support.kind": "none"},
     "cylinders_wall": {"pile.object": "cylinder", "pile.count": 14},
     "cubes_wall": {"pile.object": "cube", "pile.count": 14},
-    "bin_picking": {"support.bin": True, "support.tilt_deg": 5.0},
+    "bin_picking": {"program": "order", "support.bin": True, "support.tilt_deg": 5.0},
     "free_space_line": {"program": "line", "pile.count": 0},
     "push_wall": {"program": "push", "pile.count": 0},
 }
@@ -179,7 +179,7 @@ def test_a_misspelt_key_is_an_error_with_a_suggestion(key, tmp_path):
 @pytest.mark.parametrize(
     ("key", "words"),
     [
-        ("count", "did you mean 'pile.count'?"),
+        ("count", "did you mean 'pile.count' or 'order.count'?"),
         ("speed", "did you mean 'strategy.speed' or 'line.speed'?"),
         ("piles", "did you mean 'pile'?"),
         ("support", "it is a table of support.kind, support.tilt_deg, support.bin"),

@@ -27,7 +27,7 @@ LAYERS = {
     "recording": ({"recording"}, {"base"}, set()),
     "viewer": ({"viewer"}, {"base", "recording"}, {"meshcat"}),
     "episode": (
-        {"episode", "preparation", "recorder"},
+        {"episode", "order", "preparation", "recorder"},
         {"base", "robots", "control", "sim", "recording"},
         {"pinocchio", "mujoco"},
     ),

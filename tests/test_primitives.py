@@ -5,11 +5,13 @@ import pytest
 
 from pilegrasp_ctrl.config_sections import LineConfig, StrategyConfig
 from pilegrasp_ctrl.primitives.approach import Approach
+from pilegrasp_ctrl.primitives.carry import Carry
 from pilegrasp_ctrl.primitives.grasp import Grasp
 from pilegrasp_ctrl.primitives.lift import Lift
 from pilegrasp_ctrl.primitives.move import Move
 from pilegrasp_ctrl.primitives.primitive import Sensed, Target
 from pilegrasp_ctrl.primitives.push import Push
+from pilegrasp_ctrl.primitives.release import Release
 from pilegrasp_ctrl.primitives.scoop import Scoop
 from pilegrasp_ctrl.primitives.strategy import Tool, line_plan, pile_extent, pile_strategy, tool_rotation
 from pilegrasp_ctrl.types import Pose, Reference
@@ -36,6 +38,8 @@ PRIMITIVES = [
     Scoop(0.8, 0.11, 0.17),
     Lift(0.2, 0.12, 1.0),
     Move(0.3 * X, 0.1),
+    Carry(Pose([0.5, 0.3, 0.3], tool_rotation(0.5, 0.8)), 0.25, 1.0),
+    Release(1.0),
 ]
 
 

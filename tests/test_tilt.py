@@ -75,7 +75,9 @@ def test_a_ball_rolls_down_as_the_formula_says_and_rests_against_the_low_wall(so
 
 @pytest.fixture(scope="module")
 def attempt():
-    return prepare(load_scenario("bin_picking", {"pile.count": 0, "sensor.bias": 0.0, "sensor.drift": 0.0}), 0)
+    return prepare(
+        load_scenario("bin_picking", {"program": "push", "pile.count": 0, "sensor.bias": 0.0, "sensor.drift": 0.0}), 0
+    )
 
 
 def test_both_engines_see_the_same_arm(attempt):
@@ -128,7 +130,7 @@ def test_the_controlled_arm_holds_still_and_the_sensor_reads_nothing(attempt):
 @pytest.mark.parametrize("hand_name", ["rbo_hand2", "shovel"])
 def test_a_kilogram_that_hangs_from_the_hand_reads_along_gravity(hand_name):
     silent = {"sensor.force_noise": 0.0, "sensor.torque_noise": 0.0, "sensor.bias": 0.0, "sensor.drift": 0.0}
-    loaded = prepare(load_scenario("bin_picking", {"pile.count": 0, "hand": hand_name, **silent}), 0)
+    loaded = prepare(load_scenario("bin_picking", {"program": "push", "pile.count": 0, "hand": hand_name, **silent}), 0)
     model = loaded.simulation.scene.model
     loaded.simulation.data.xfrc_applied[model.body("sensor").id, :3] = model.opt.gravity
     observation, _ = hold(loaded, 750)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..types import Array
 from .wall import Wall
@@ -13,6 +14,18 @@ BIN_INNER = (0.56, 0.38, 0.16)
 """Inner length, width and height of the IFCO crate in the authors' laboratory (their vision's `ifco.yaml`) [m]."""
 BIN_THICKNESS = (0.0175, 0.0075)
 """Of the short and the long walls [m]: half of what the outer 0.595 x 0.395 m of the laboratory's model leave."""
+
+ORDER_INNER = (0.38, 0.28, 0.16)
+"""The same of the crate that an order is collected in, half as large [m]."""
+ORDER_CENTER = np.array([0.60, 0.385])
+"""(2,) of its floor, on the left of the bin and within easy reach [m]."""
+
+
+def inside(points: Array, center: Array, inner: tuple[float, float, float]) -> NDArray[np.bool_]:
+    """Return which points (n, 3) [m] lie in a crate, below its rim."""
+    length, width, height = inner
+    off = np.abs(points[:, :2] - center)
+    return (off[:, 0] < 0.5 * length) & (off[:, 1] < 0.5 * width) & (points[:, 2] < height)
 
 
 def crate_walls(name: str, center: Array, inner: tuple[float, float, float]) -> tuple[Wall, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 from ..config_sections import PileConfig, SupportConfig
 from ..exceptions import PileError
 from ..types import STANDARD_GRAVITY, Array, Pose
-from .crate import BIN_INNER, crate_walls
+from .crate import BIN_INNER, ORDER_CENTER, ORDER_INNER, crate_walls
 from .push_goal import PushGoal
 from .wall import Wall
 
@@ -37,11 +37,14 @@ WALL_HALF_LENGTH = {"wall": 0.50, "corner": 0.30}
 BIN_GOALS = {
     "wall": (0.0, 0.0, (-0.03, 0.12)),
     "corner_left": (0.5 * BIN_INNER[1], 30.0, (0.0, 0.0)),
-    "corner_right": (-0.5 * BIN_INNER[1], -30.0, (0.0, 0.0)),
 }
 """Of a push in the bin: y of the wall's middle or of the corner [m], direction [deg], room [m]. The thumb reaches
-0.145 m to one side of the hand, the little finger 0.05 m to the other. Into a corner the push runs 30° off the bin's
-length: at 45°, along the bisector, the wrist would come down on the opposite wall."""
+0.145 m to the right of the hand, the little finger 0.05 m to the left; the right corner has no room for the thumb. Into
+the left one the push runs 30° off the bin's length: at 45°, along the bisector, the wrist would come down on the right
+wall."""
+
+BIN_CENTER = np.array([WALL_DISTANCE - 0.5 * BIN_INNER[0], 0.0])
+"""(2,) of the bin's floor [m]."""
 
 TABLE_HALF_SIZE = (0.65, 0.70)
 """What is drawn of the table [m]; the contact plane is unbounded."""
@@ -106,8 +109,10 @@ def frame_size(pile: PileConfig) -> float:
     return 0.25 * math.sqrt(max(pile.count, 1) / 18.0)
 
 
-def make_layout(support: SupportConfig, pile: PileConfig, object_diameter: float) -> Layout:
+def make_layout(support: SupportConfig, pile: PileConfig, object_diameter: float, order: bool = False) -> Layout:
     """Return the layout; the frame touches the wall, or both walls of the corner, and lies on the line alpha = 0.
+
+    With `order`, the crate that an order is collected in stands beside the bin.
 
     Raises:
         PileError: where an object does not fit into the frame, or the frame into the bin.
@@ -119,7 +124,7 @@ def make_layout(support: SupportConfig, pile: PileConfig, object_diameter: float
             "raise pile.frame_size or lower pile.scale"
         )
     if support.bin:
-        return _bin_layout(support.kind, size, tilt)
+        return _bin_layout(support.kind, size, tilt, order)
     if support.kind == "corner":
         half_diagonal = size / math.sqrt(2.0)
         walls = tuple(
@@ -136,9 +141,9 @@ def make_layout(support: SupportConfig, pile: PileConfig, object_diameter: float
     return Layout(support.kind, size, center, 0.0, walls, WALL_DISTANCE, tilt)
 
 
-def _bin_layout(kind: SupportKind, size: float, tilt: float) -> Layout:
+def _bin_layout(kind: SupportKind, size: float, tilt: float, order: bool) -> Layout:
     """Return a bin whose short, low wall is the support; the frame touches it in the middle or in the left corner."""
-    length, width, _ = BIN_INNER
+    _, width, _ = BIN_INNER
     if size > width:
         raise PileError(
             f"the frame of {1000 * size:.0f} mm does not fit into the bin's width of {1000 * width:.0f} mm; "
@@ -150,7 +155,8 @@ def _bin_layout(kind: SupportKind, size: float, tilt: float) -> Layout:
     ]
     goals.sort(key=lambda goal: not goal.name.startswith(kind))
     center = np.array([WALL_DISTANCE - 0.5 * size, 0.5 * (width - size) if kind == "corner" else 0.0])
-    walls = crate_walls("bin", np.array([WALL_DISTANCE - 0.5 * length, 0.0]), BIN_INNER)
+    walls = crate_walls("bin", BIN_CENTER, BIN_INNER)
+    walls += crate_walls("order", ORDER_CENTER, ORDER_INNER) if order else ()
     return Layout(kind, size, center, 0.0, walls, WALL_DISTANCE, tilt, tuple(goals))
 
 

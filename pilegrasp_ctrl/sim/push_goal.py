@@ -15,7 +15,7 @@ class PushGoal:
     """A wall or a corner that a push of alpha = 0 goes to.
 
     Attributes:
-        name: "wall", "corner_left" or "corner_right", as the arm sees them.
+        name: "wall" or "corner_left", as the arm sees it.
         foot: (2,) point of the wall, or the corner's apex [m].
         yaw: direction of the push of alpha = 0 about z [rad].
         room: to either side of `foot` along the wall, within which the hand finds room between its neighbours: least
