@@ -15,6 +15,7 @@ from pydantic_core import PydanticCustomError
 
 from .config_sections import (
     ControllerConfig,
+    HandModelConfig,
     LineConfig,
     Name,
     OrderConfig,
@@ -44,6 +45,7 @@ class Scenario(Section):
     )
     robot: Name = Field(default="wam7", description="arm: a folder of `robots/`")
     hand: Literal["rbo_hand2", "shovel"] = Field(default="rbo_hand2", description="end-effector")
+    hand_model: HandModelConfig = HandModelConfig()
     support: SupportConfig = SupportConfig()
     pile: PileConfig = PileConfig()
     strategy: StrategyConfig = StrategyConfig()
@@ -64,6 +66,12 @@ class Scenario(Section):
                     "{key} has no effect where program = '{program}'; leave it out",
                     {"key": f"{section}.{key}", "program": self.program},
                 )
+        for key in self.hand_model.pneumatic() if self.hand == "shovel" else ():
+            raise PydanticCustomError(
+                "idle",
+                "{key} has no effect where hand = 'shovel', which is rigid; leave it out",
+                {"key": f"hand_model.{key}"},
+            )
         return self
 
     @model_validator(mode="after")

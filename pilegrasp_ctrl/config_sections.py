@@ -13,6 +13,8 @@ Slope = Annotated[float, Field(ge=0.0, le=90.0)]
 Mass = Annotated[float, Field(ge=1e-3, le=5.0)]
 FrameSize = Annotated[float, Field(gt=0.0, le=0.6)]
 Share = Annotated[float, Field(ge=0.0, le=0.5)]
+Gain = Annotated[float, Field(ge=0.0, le=4.0)]
+Factor = Annotated[float, Field(ge=0.2, le=5.0)]
 Noise = Annotated[float, Field(ge=0.0, le=10.0)] | None
 Calibration = Literal["SI-32-2.5", "SI-65-5", "SI-130-10"]
 Coordinate = Annotated[float, Field(ge=-2.0, le=2.0)]
@@ -58,9 +60,33 @@ class PileConfig(Section):
     count: int = Field(default=18, ge=0, le=200, description="number of objects, each one of a net counted")
     mass: Mass | None = Field(default=None, description="mass of one object; the kind's own where absent [kg]")
     scale: float = Field(default=1.0, ge=0.25, le=4.0, description="factor on the object's lengths")
+    friction: float = Field(
+        default=1.0, ge=0.0, le=3.0, description="factor on the objects' friction: sliding, spinning and rolling"
+    )
     frame_size: FrameSize | None = Field(
         default=None, description="inner side of the frame; by the count where absent [m]"
     )
+
+
+class HandModelConfig(Section):
+    """Factors on the uncertain numbers of the hand's `robot.toml`, so that a sweep can vary them; 1 is as shipped."""
+
+    bending_stiffness: Factor = Field(default=1.0, description="factor on the springs that bend the fingers")
+    inflation_stiffness: Gain | None = Field(
+        default=None, description="share of the bending stiffness that inflation adds; the hand's own where absent"
+    )
+    lateral_stiffness: Factor = Field(default=1.0, description="factor on the springs at the fingers' bases, sideways")
+    damping: Factor = Field(default=1.0, description="factor on the damping of both")
+    closing_moment: Factor = Field(default=1.0, description="factor on the moments of inflation, thumb included")
+    time_constant: Factor = Field(default=1.0, description="factor on the time constant of inflation")
+    fingertip_radius: float = Field(default=1.0, ge=0.5, le=1.7, description="factor on the radius of the fingertips")
+    friction: Factor = Field(default=1.0, description="factor on the sliding friction of the hand's skin")
+    restitution: float = Field(default=1.0, ge=0.0, le=1.25, description="factor on the restitution of the hand's skin")
+    sensor_mass: Factor = Field(default=1.0, description="factor on the mass of the force/torque sensor")
+
+    def pneumatic(self) -> list[str]:
+        """Return the names of the changed factors that mean nothing for a rigid hand."""
+        return [name for name in self.changed() if name not in ("friction", "restitution", "sensor_mass")]
 
 
 class StrategyConfig(Section):

@@ -118,7 +118,7 @@ def _parts(scenario: Scenario) -> tuple[int, Hand, ObjectKind, Layout, Callable[
     if scenario.robot not in names():
         raise ConfigurationError(f"robot = {scenario.robot!r} is not known; choose from {', '.join(names())}")
     steps = _steps(scenario)
-    hand = Hand.load(scenario.hand)
+    hand = Hand.load(scenario.hand, scenario.hand_model)
     kind = kind_of(scenario.pile)
     layout = make_layout(scenario.support, scenario.pile, kind.diameter, scenario.program == "order")
     return steps, hand, kind, layout, _controller_factory(scenario, hand)

@@ -10,8 +10,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from ..config_sections import HandModelConfig
 from ..robots import description
 from ..types import MassProperties, Pose
+from .hand_model import varied
 from .rbo_hand2 import add_rbo_hand2
 from .shovel import add_shovel
 from .surface import Surface
@@ -28,20 +30,21 @@ class Hand:
 
     Attributes:
         name: as in the scenario key `hand`.
-        parameters: the parsed `robot.toml`.
+        parameters: the parsed `robot.toml`, with the scenario's factors.
     """
 
     name: str
     parameters: dict[str, Any]
 
     @classmethod
-    def load(cls, name: str) -> Hand:
-        """Read a hand by name.
+    def load(cls, name: str, model: HandModelConfig | None = None) -> Hand:
+        """Read a hand by name, and multiply the numbers that the scenario varies, if any.
 
         Raises:
             ModelError: where there is no such hand.
         """
-        return cls(name, description(f"hands/{name}"))
+        parameters = description(f"hands/{name}")
+        return cls(name, varied(parameters, model) if model else parameters)
 
     def add_to(self, spec: mujoco.MjSpec, flange: Any) -> None:
         """Mount the wrist sensor and the hand on the site `flange` of `spec`, as the body `sensor` and its children."""

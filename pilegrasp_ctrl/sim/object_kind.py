@@ -96,6 +96,12 @@ class ObjectKind:
         restitution = restitution_for_mass(mass) if self.bounces_by_mass else self.surface.restitution
         return replace(self, mass=mass, surface=replace(self.surface, restitution=restitution))
 
+    def with_friction(self, factor: float) -> ObjectKind:
+        """Return the kind with its friction multiplied: sliding, spinning and rolling."""
+        skin = self.surface
+        varied = {name: factor * getattr(skin, name) for name in ("lateral", "spinning", "rolling")}
+        return replace(self, surface=replace(skin, **varied))
+
     def scaled(self, factor: float) -> ObjectKind:
         """Return the kind with its lengths multiplied; the mass stays."""
         return replace(

@@ -42,7 +42,7 @@ def kind_of(pile: PileConfig) -> ObjectKind:
     Raises:
         ConfigurationError: as `object_kind`; where nets do not share out `pile.count`.
     """
-    kind = object_kind(pile.object, pile.mass, pile.scale, pile.variant)
+    kind = object_kind(pile.object, pile.mass, pile.scale, pile.variant).with_friction(pile.friction)
     if kind.net is not None and (left := pile.count % kind.net.members):
         fewer, members = pile.count - left, kind.net.members
         choice = f"{fewer} or {fewer + members}" if fewer else str(members)

@@ -1,7 +1,8 @@
 """The RBO Hand 2 as MuJoCo bodies: fingers are chains with a spring in every joint, inflation a moment in all of them.
 
 A PneuFlex finger bends with constant curvature under pressure; equal moments in equal springs give the same shape, and
-what is left of the finger's compliance toward the side sits in one hinge at its base.
+what is left of the finger's compliance toward the side sits in one hinge at its base. Where inflation is to stiffen
+the finger, the moment falls with the finger's total bend, as the pressure of an enclosed mass of air does.
 """
 
 from __future__ import annotations
@@ -97,7 +98,11 @@ def _add_hinge(
 
 
 def _add_inflation(spec: mujoco.MjSpec, name: str, segments: int, moment: float, pneumatics: dict[str, Any]) -> None:
-    """Add the actuator `{name}`: closure in [0, 1], first-order in time, the same moment in every bending joint."""
+    """Add the actuator `{name}`: closure in [0, 1], first-order in time, the same moment in every bending joint.
+
+    At an inflation a and a mean bend q of the joints the moment is `a (M (1 + r) - r k q)`, where M is `moment`, k the
+    joint's spring and r the share that inflation adds to it. In free space it bends a finger by M / k for every r.
+    """
     tendon = spec.add_tendon(name=name)
     for i in range(segments):
         tendon.wrap_joint(f"{name}_bend_{i + 1}", 1.0)
@@ -106,10 +111,11 @@ def _add_inflation(spec: mujoco.MjSpec, name: str, segments: int, moment: float,
         target=name,
         trntype=mujoco.mjtTrn.mjTRN_TENDON,
         dyntype=mujoco.mjtDyn.mjDYN_FILTEREXACT,
-        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+        gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
         biastype=mujoco.mjtBias.mjBIAS_NONE,
         ctrllimited=True,
         ctrlrange=(0.0, 1.0),
     )
     actuator.dynprm[0] = pneumatics["time_constant"]
-    actuator.gainprm[0] = moment
+    share = pneumatics["inflation_stiffness"]
+    actuator.gainprm[:2] = [moment * (1.0 + share), -share * pneumatics["bending_stiffness"] / segments]

@@ -1,0 +1,21 @@
+"""Print what the hands do, measured on the bench and in one attempt each; with a file's name, draw it there.
+
+Usage: python hand_table.py [FIGURE.png]
+"""
+
+import sys
+
+from pilegrasp_ctrl.experiments.hand.figures import hand_figure
+from pilegrasp_ctrl.experiments.hand.hand_table import measurements
+from pilegrasp_ctrl.experiments.hand.measurement import markdown
+
+
+def main() -> None:
+    """Measure; a minute on one core."""
+    print(markdown(measurements()))
+    for file in sys.argv[1:]:
+        hand_figure(file)
+
+
+if __name__ == "__main__":
+    main()
