@@ -94,7 +94,8 @@ class Scenario(Section):
         if self.controller.gains is not None:
             content["controller"]["gains"] = hashlib.sha256(_read(Path(self.controller.gains))).hexdigest()
         if is_file(self.pile.object):
-            content["pile"]["object"] = object_digests(Path(self.pile.object))
+            parts = self.pile.object.split("+")
+            content["pile"]["object"] = [object_digests(Path(part)) if is_file(part) else part for part in parts]
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -174,10 +175,11 @@ def load_scenario(name: str | Path, overrides: Mapping[str, Any] | None = None) 
     except (ValueError, RecursionError) as error:
         raise ConfigurationError(f"{path}: is not valid TOML: {error}") from None
     table.setdefault("name", path.stem)
-    for section, key in (("controller", "gains"), ("pile", "object")):
-        keys = table.get(section)
-        if isinstance(keys, dict) and isinstance(file := keys.get(key), str) and (key == "gains" or is_file(file)):
-            keys[key] = str(path.parent / file)
+    controller, pile = table.get("controller"), table.get("pile")
+    if isinstance(controller, dict) and isinstance(gains := controller.get("gains"), str):
+        controller["gains"] = str(path.parent / gains)
+    if isinstance(pile, dict) and isinstance(objects := pile.get("object"), str):
+        pile["object"] = "+".join(str(path.parent / part) if is_file(part) else part for part in objects.split("+"))
     return build_scenario(table, overrides, source=str(path))
 
 

@@ -53,7 +53,10 @@ class SupportConfig(Section):
 class PileConfig(Section):
     """The objects and the frame they are dropped into."""
 
-    object: Text = Field(default="light_sphere", description="kind of object: a name, or a TOML file of one's own")
+    object: Text = Field(
+        default="light_sphere",
+        description="kind of object: a name, or a TOML file of one's own; several, joined by +, take turns",
+    )
     variant: Literal["real", "sim", "literal"] = Field(
         default="real", description="size: the real or the simulated one of Table I, or its r taken literally as radius"
     )

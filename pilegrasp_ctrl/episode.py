@@ -56,6 +56,7 @@ class EpisodeResult:
         tick_times: (n,) seconds of each control tick, state to torque.
         limited_ticks: in how many of them a limit was active.
         fallback_ticks: in how many of them the solver failed and the arm was only held.
+        packing_density: of the pile in its frame [-], as `Pile` says; 0 for no objects.
         recording: where one was asked for.
     """
 
@@ -71,6 +72,7 @@ class EpisodeResult:
     tick_times: Array
     limited_ticks: int
     fallback_ticks: int
+    packing_density: float
     attempts: tuple[PickAttempt, ...] = ()
     recording: Recording | None = field(default=None, repr=False)
 
@@ -86,6 +88,7 @@ class EpisodeResult:
             "reason": self.reason,
             "outcomes": [outcome.as_dict() for outcome in self.outcomes],
             **({"attempts": [attempt.as_dict() for attempt in self.attempts]} if self.attempts else {}),
+            "packing_density": self.packing_density,
             "sim_time": self.sim_time,
             "wall_time": self.wall_time,
             "realtime_factor": self.sim_time / self.wall_time,
@@ -194,6 +197,7 @@ class _Loop:
             tick_times=np.array(self._ticks),
             limited_ticks=self._limited,
             fallback_ticks=self._fallbacks,
+            packing_density=attempt.pile.packing_density,
             attempts=tuple(attempt.order.attempts) if attempt.order else (),
         )
         return replace(result, recording=self._recorder.finish(_meta(attempt, result))) if self._recorder else result
@@ -304,7 +308,7 @@ class _Loop:
         simulation = attempt.simulation
         tool = attempt.arm.update(simulation.observe().q, np.zeros(attempt.arm.nv)).pose.translation
         lift = attempt.scenario.strategy.lift_height
-        grasped = held_objects(simulation.data, simulation.scene.objects, tool, attempt.object_poses[:, 2], lift)
+        grasped = held_objects(simulation.data, simulation.scene.objects, tool, attempt.pile.poses[:, 2], lift)
         return grasped, "" if grasped else "nothing was in the hand after the lift"
 
 
@@ -322,6 +326,7 @@ def _meta(attempt: Attempt, result: EpisodeResult) -> dict[str, Any]:
         "grasped": result.grasped,
         "reason": result.reason,
         "outcomes": [outcome.as_dict() for outcome in result.outcomes],
+        "packing_density": result.packing_density,
         "attempts": [pick.as_dict() for pick in result.attempts],
         "versions": {name: version(name) for name in ("mujoco", "pin", "numpy", "daqp")} | {"pilegrasp": __version__},
     }

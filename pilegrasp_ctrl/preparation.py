@@ -22,9 +22,9 @@ from .robots import names, path
 from .sim.backend import Simulation
 from .sim.hand import Hand
 from .sim.layout import REACH, Layout, make_layout
-from .sim.object_kind import ObjectKind
+from .sim.object_mix import Objects
 from .sim.objects import kind_of
-from .sim.pile import settle_pile
+from .sim.pile import Pile, settle_pile
 from .sim.push_goal import PushGoal
 from .sim.rim_check import RimCheck
 from .sim.scene import build_scene
@@ -50,7 +50,7 @@ class Attempt:
         simulation: at the start posture, the pile settled.
         control: from observation and target to torque.
         period: of the control [s].
-        object_poses: (n, 7) the settled pile.
+        pile: as it settled.
         rims: watches the walls of a bin.
         order: for `program = "order"`, what comes after the first attempt.
     """
@@ -62,7 +62,7 @@ class Attempt:
     simulation: Simulation
     control: Control
     period: float
-    object_poses: Array
+    pile: Pile
     rims: RimCheck
     order: Order | None = None
 
@@ -74,9 +74,7 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
         PilegraspError: where one of these cannot be done.
     """
     steps, hand, kind, layout, control = _parts(scenario)
-    object_poses = settle_pile(
-        kind, scenario.pile.count, layout, seed, scenario.sim.contact_rule, scenario.sim.timestep
-    )
+    pile = settle_pile(kind, scenario.pile.count, layout, seed, scenario.sim.contact_rule, scenario.sim.timestep)
     tool = hand.mass_properties()
     base = layout.transform_base_to_world
     arm = ArmModel.load(
@@ -91,17 +89,17 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     if scenario.program == "order":
         members = kind.net.members if kind.net else 1
         order = Order(scenario, layout.goals, members, delivery_pose(hand.theta), plan_to)
-        _, plan, q = order.next_plan(object_poses)
+        _, plan, q = order.next_plan(pile.poses)
         search.solve(delivery_pose(hand.theta), q)
     else:
-        plan, q = plan_to(object_poses, layout.goals[0] if layout.goals else None)
+        plan, q = plan_to(pile.poses, layout.goals[0] if layout.goals else None)
     scene = build_scene(scenario, hand, kind, layout)
     period = steps * scenario.sim.timestep
     sensor = WristSensor(scene.model, tool, scenario.sensor, period, seed)
     simulation = Simulation(scene, sensor, steps)
-    simulation.reset(q, object_poses)
+    simulation.reset(q, pile.poses)
     rims = RimCheck(scene, layout.walls)
-    return Attempt(scenario, seed, arm, plan, simulation, control(arm, q), period, object_poses, rims, order)
+    return Attempt(scenario, seed, arm, plan, simulation, control(arm, q), period, pile, rims, order)
 
 
 def check(scenario: Scenario) -> None:
@@ -113,7 +111,7 @@ def check(scenario: Scenario) -> None:
     _parts(scenario)
 
 
-def _parts(scenario: Scenario) -> tuple[int, Hand, ObjectKind, Layout, Callable[[ArmModel, Array], Control]]:
+def _parts(scenario: Scenario) -> tuple[int, Hand, Objects, Layout, Callable[[ArmModel, Array], Control]]:
     """Return physics steps in a control period, hand, kind of object, layout, and what makes the controller."""
     if scenario.robot not in names():
         raise ConfigurationError(f"robot = {scenario.robot!r} is not known; choose from {', '.join(names())}")

@@ -30,7 +30,7 @@ def compiled(kind, count=1):
 
 def settled(kind, count, **pile):
     layout = make_layout(SupportConfig(), PileConfig(count=count, **pile), kind.diameter)
-    return settle_pile(kind, count, layout, 0, "paper", 1e-3)
+    return settle_pile(kind, count, layout, 0, "paper", 1e-3).poses
 
 
 def bag(positions, gravity=0.0):

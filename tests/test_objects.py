@@ -12,6 +12,7 @@ from object_table import table
 from pilegrasp_ctrl.config import PileConfig, SupportConfig, build_scenario, load_scenario
 from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.scenarios import object_files
+from pilegrasp_ctrl.sim.contact import pair_parameters
 from pilegrasp_ctrl.sim.drawing import drawn_bodies
 from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.layout import make_layout
@@ -333,7 +334,7 @@ def test_a_scenario_finds_its_object_beside_itself(tmp_path, monkeypatch):
 
 def settled(kind, count, **pile):
     layout = make_layout(SupportConfig(), PileConfig(count=count, **pile), kind.diameter)
-    return settle_pile(kind, count, layout, 0, "paper", 1e-3)
+    return settle_pile(kind, count, layout, 0, "paper", 1e-3).poses
 
 
 @pytest.mark.parametrize("shape", ["capsule", "mesh"])
@@ -393,3 +394,30 @@ def test_the_page_of_objects_holds_the_table_and_an_object_that_loads(tmp_path):
         0.4,
         0.001,
     )
+
+
+def test_pairs_of_a_mix_have_the_coefficients_of_their_two_kinds():
+    scenario = load_scenario("spheres_wall", {"pile.object": "light_sphere+heavy_sphere", "pile.count": 3})
+    kind = kind_of(scenario.pile)
+    layout = make_layout(scenario.support, scenario.pile, kind.diameter)
+    model = build_scene(scenario, Hand.load("shovel"), kind, layout).model
+    solref = {
+        frozenset(model.geom(int(geom)).name for geom in (model.pair_geom1[i], model.pair_geom2[i])): tuple(
+            model.pair_solref[i]
+        )
+        for i in range(model.npair)
+    }
+    light, heavy = (pair_parameters(object_kind(name).surface, 0.001) for name in ("light_sphere", "heavy_sphere"))
+    assert solref[frozenset(("object_0", "table"))] == light.solref
+    assert solref[frozenset(("object_1", "table"))] == heavy.solref
+    assert solref[frozenset(("object_0", "object_1"))] == light.solref, "the bouncier of the two"
+
+
+def test_a_mix_of_files_counts_in_the_hash_with_their_content(tmp_path):
+    (tmp_path / "pea.toml").write_text('shape = "sphere"\nradius = 0.02\nmass = 0.02\n')
+    (tmp_path / "mix.toml").write_text('[pile]\nobject = "pea.toml+cube"\n')
+    mixed = load_scenario(tmp_path / "mix.toml")
+    before = mixed.config_hash()
+    assert [each.name for each in kind_of(mixed.pile).kinds] == ["pea", "cube"]
+    (tmp_path / "pea.toml").write_text('shape = "sphere"\nradius = 0.02\nmass = 0.03\n')
+    assert mixed.config_hash() != before

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import mujoco
@@ -70,6 +71,7 @@ def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
     return combined
 
 
+@lru_cache(maxsize=256)
 def pair_parameters(surface: Surface, timestep: float) -> PairParameters:
     """Return MuJoCo's numbers for the coefficients of one contact, at a step of the physics [s]."""
     damping_ratio = damping_ratio_for(surface.restitution, NATURAL_FREQUENCY * timestep)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -75,6 +76,25 @@ class ObjectKind:
             return float(np.hypot(self.half_size[0], self.half_size[1]))
         return max(self.half_size[:2]) if self.shape == "ellipsoid" else self.half_size[0]
 
+    @property
+    def volume(self) -> float:
+        """Of the object as it is modelled [m³]."""
+        a, *rest = self.half_size
+        if self.hull is not None:
+            return self.hull.volume
+        if self.shape == "box":
+            return 8.0 * a * rest[0] * rest[1]
+        if self.shape == "cylinder":
+            return 2.0 * math.pi * a**2 * rest[0]
+        ball = 4.0 / 3.0 * math.pi
+        if self.shape == "capsule":
+            return ball * a**3 + 2.0 * math.pi * a**2 * rest[0]
+        return ball * a * rest[0] * rest[1] if self.shape == "ellipsoid" else ball * a**3
+
+    def share_out(self, count: int) -> list[ObjectKind]:
+        """Return the kind of each of `count` objects."""
+        return [self] * count
+
     def solid_inertia(self) -> tuple[float, float, float]:
         """Return the principal moments of the homogeneous solid [kg·m²]."""
         m = self.mass
@@ -129,8 +149,8 @@ class ObjectKind:
             conaffinity=OBJECT_BIT,
         )
         if self.hull is not None:
-            self.hull.add_to(spec, "object")
-            geom.meshname = "object"
+            self.hull.add_to(spec, self.name)
+            geom.meshname = self.name
         if self.net is not None:
             body.add_site(name=name)
             # MuJoCo weighs a tendon's limit in this pose, where bodies on one spot would have it weigh nothing.

@@ -10,6 +10,7 @@ from ..exceptions import ConfigurationError
 from ..scenarios import is_file, object_files
 from .object_file import read_object
 from .object_kind import OBJECT_BIT, TENNIS_BALL, ObjectKind
+from .object_mix import ObjectMix, Objects
 from .restitution import restitution_for_mass
 
 __all__ = ["KINDS", "OBJECT_BIT", "TENNIS_BALL", "ObjectKind", "kind_of", "object_kind", "restitution_for_mass"]
@@ -36,13 +37,21 @@ def object_kind(name: str, mass: float | None = None, scale: float = 1.0, varian
     return (kind if mass is None else kind.with_mass(mass)).scaled(scale)
 
 
-def kind_of(pile: PileConfig) -> ObjectKind:
-    """Return the kind that a scenario asks for.
+def kind_of(pile: PileConfig) -> Objects:
+    """Return the kind that a scenario asks for, or the mix of those that it joins by `+`.
 
     Raises:
-        ConfigurationError: as `object_kind`; where nets do not share out `pile.count`.
+        ConfigurationError: as `object_kind`; where nets do not share out `pile.count`, or are to be mixed.
     """
-    kind = object_kind(pile.object, pile.mass, pile.scale, pile.variant).with_friction(pile.friction)
+    kinds = tuple(
+        object_kind(name, pile.mass, pile.scale, pile.variant).with_friction(pile.friction)
+        for name in pile.object.split("+")
+    )
+    kind = kinds[0]
+    if len(kinds) > 1:
+        if tied := [each.name for each in kinds if each.net is not None]:
+            raise ConfigurationError(f"pile.object: {tied[0]!r} is tied by nets, which cannot be mixed; leave it out")
+        return ObjectMix(kinds)
     if kind.net is not None and (left := pile.count % kind.net.members):
         fewer, members = pile.count - left, kind.net.members
         choice = f"{fewer} or {fewer + members}" if fewer else str(members)

@@ -12,11 +12,12 @@ import numpy as np
 
 from ..config import Scenario
 from ..robots import path
-from .contact import Rule, add_pair, combine, pair_parameters
+from .contact import PairParameters, Rule, add_pair, combine, pair_parameters
 from .hand import Hand
 from .layout import TABLE_HALF_SIZE, WALL_DISTANCE, Layout
-from .object_kind import OBJECT_BIT, ObjectKind
-from .surface import SUPPORT
+from .object_kind import OBJECT_BIT
+from .object_mix import Objects
+from .surface import SUPPORT, Surface
 
 WOOD = (0.72, 0.60, 0.46, 1.0)
 WALL_COLOR = (0.62, 0.68, 0.74, 0.45)
@@ -104,28 +105,27 @@ def add_support(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
     return ["table", *(wall.name for wall in layout.walls)]
 
 
-def add_objects(spec: mujoco.MjSpec, kind: ObjectKind, count: int, supports: list[str], rule: Rule) -> list[str]:
+def add_objects(spec: mujoco.MjSpec, kind: Objects, count: int, supports: list[str], rule: Rule) -> list[str]:
     """Add `count` objects, their nets, and the pairs among them and with the supports; return their geoms' names."""
-    if kind.shape == "ellipsoid":
+    kinds = kind.share_out(count)
+    shapes = {each.shape for each in kinds}
+    if "ellipsoid" in shapes:
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_NATIVECCD
         spec.option.ccd_tolerance = COLLISION_TOLERANCE
-    if kind.shape == "cylinder":
+    elif "cylinder" in shapes:
         # MuJoCo's search for several contacts of two round flanks throws them apart now and then; one is enough.
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MULTICCD
         spec.option.ccd_tolerance = COLLISION_TOLERANCE
         spec.option.ccd_iterations = COLLISION_ITERATIONS
-    for index in range(count):
+    for index, each in enumerate(kinds):
         hue = (0.11 + 0.61803399 * index) % 1.0
-        kind.add_to(spec, index, (*colorsys.hsv_to_rgb(hue, 0.62, 0.92), 1.0))
+        each.add_to(spec, index, (*colorsys.hsv_to_rgb(hue, 0.62, 0.92), 1.0))
     names = [f"object_{index}" for index in range(count)]
-    step = spec.option.timestep
-    among = pair_parameters(combine(kind.surface, kind.surface, rule), step)
-    below = pair_parameters(combine(kind.surface, SUPPORT, rule), step)
-    for first, second in combinations(names, 2):
-        add_pair(spec, first, second, among)
-    for name in names:
+    for (first, one), (second, other) in combinations(zip(names, kinds, strict=True), 2):
+        add_pair(spec, first, second, contact(spec, one.surface, other.surface, rule))
+    for name, each in zip(names, kinds, strict=True):
         for support in supports:
-            add_pair(spec, name, support, below)
+            add_pair(spec, name, support, contact(spec, each.surface, SUPPORT, rule))
     if kind.net is not None:
         for first_member in range(0, count, kind.net.members):
             members = names[first_member : first_member + kind.net.members]
@@ -133,7 +133,12 @@ def add_objects(spec: mujoco.MjSpec, kind: ObjectKind, count: int, supports: lis
     return names
 
 
-def build_scene(scenario: Scenario, hand: Hand, kind: ObjectKind, layout: Layout) -> Scene:
+def contact(spec: mujoco.MjSpec, first: Surface, second: Surface, rule: Rule) -> PairParameters:
+    """Return the parameters of the contact of two surfaces at the step of `spec`."""
+    return pair_parameters(combine(first, second, rule), spec.option.timestep)
+
+
+def build_scene(scenario: Scenario, hand: Hand, kind: Objects, layout: Layout) -> Scene:
     """Compile the scene of an attempt; the arm is the first tree, the hand the second part of it, then the objects."""
     rule = scenario.sim.contact_rule
     spec = new_spec(scenario.sim.timestep, str(path(scenario.robot, f"{scenario.robot}.xml")))
@@ -150,13 +155,13 @@ def build_scene(scenario: Scenario, hand: Hand, kind: ObjectKind, layout: Layout
         spec.add_exclude(bodyname1="world", bodyname2=link)
     supports = add_support(spec, layout)
     objects = add_objects(spec, kind, scenario.pile.count, supports, rule)
-    on_support = pair_parameters(combine(hand.surface, SUPPORT, rule), scenario.sim.timestep)
-    on_object = pair_parameters(combine(hand.surface, kind.surface, rule), scenario.sim.timestep)
+    kinds = kind.share_out(len(objects))
+    on_support = contact(spec, hand.surface, SUPPORT, rule)
     for finger in hand.contact_geoms:
         for support in supports:
             add_pair(spec, finger, support, on_support, condim=3)
-        for name in objects:
-            add_pair(spec, finger, name, on_object)
+        for name, each in zip(objects, kinds, strict=True):
+            add_pair(spec, finger, name, contact(spec, hand.surface, each.surface, rule))
     model = spec.compile()
     hand_bodies = tuple(i for i in range(model.nbody) if _is_below(model, i, model.body("sensor").id))
     return Scene(

@@ -1,0 +1,54 @@
+"""Settled piles on disk: a file for each hash of everything that a pile depends on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..types import Array
+
+
+class PileCache:
+    """One pile's place in `~/.cache/pilegrasp`; a cache that cannot be read or written never matters."""
+
+    def __init__(self, *content: Any) -> None:
+        """Take the JSON values that the pile depends on."""
+        digest = hashlib.sha256(json.dumps(content).encode()).hexdigest()[:24]
+        self._file = _cache_folder() / "pilegrasp" / "piles" / f"{digest}.npz"
+
+    def read(self, count: int) -> tuple[Array, float] | None:
+        """Return poses (count, 7) and packing density, or None where there are none or the file is damaged."""
+        try:
+            with np.load(self._file, allow_pickle=False) as arrays:
+                poses, density = arrays["poses"], arrays["packing_density"]
+        except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
+            return None
+        fits = poses.shape == (count, 7) and np.isfinite(poses).all() and density.shape == () and np.isfinite(density)
+        return (poses, float(density)) if fits else None
+
+    def write(self, poses: Array, density: float) -> None:
+        """Write through a temporary file, so that a killed process leaves nothing half-written."""
+        try:
+            self._file.parent.mkdir(parents=True, exist_ok=True)
+            with tempfile.NamedTemporaryFile(dir=self._file.parent, suffix=".npz", delete=False) as temporary:
+                np.savez(temporary, poses=poses, packing_density=density)
+            os.replace(temporary.name, self._file)
+        except OSError:
+            return
+
+
+def _cache_folder() -> Path:
+    root = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    if root.is_absolute():
+        return root
+    try:
+        return Path.home() / ".cache"
+    except RuntimeError:  # a user without a home, as in some containers
+        return Path(tempfile.gettempdir())
