@@ -15,7 +15,7 @@ import numpy as np
 from ..exceptions import PileError
 from ..types import Array
 from .contact import NATURAL_FREQUENCY, OBJECT_IMPEDANCE, Rule, add_pair, combine, pair_parameters
-from .layout import Layout
+from .layout import ARM_FOOT, Layout
 from .object_kind import ObjectKind
 from .scene import add_objects, add_support, new_spec
 from .surface import SUPPORT
@@ -25,7 +25,7 @@ PANEL_HALF_THICKNESS = 0.02
 SPACINGS = (2.08, 2.02)
 """Of the grid that objects drop from, over their bounding radius; the second where the first leaves no room."""
 LIFT_SPEED = 0.3
-PEDESTAL = (0.2, 0.1)
+PEDESTAL = (ARM_FOOT, 0.1)
 """Radius and half height of the room that the arm's base takes above the table [m]."""
 REST_SPEED = 0.01
 """An object whose centre moves slower than this [m/s] counts as resting."""
