@@ -11,7 +11,7 @@ Text = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]*$")]
 Name = Annotated[Text, Field(min_length=1)]
 Slope = Annotated[float, Field(ge=0.0, le=90.0)]
 Mass = Annotated[float, Field(ge=1e-3, le=5.0)]
-FrameSize = Annotated[float, Field(gt=0.0, le=0.6)]
+FrameSize = Annotated[float, Field(gt=0.0, le=1.0)]
 Share = Annotated[float, Field(ge=0.0, le=0.5)]
 Gain = Annotated[float, Field(ge=0.0, le=4.0)]
 Factor = Annotated[float, Field(ge=0.2, le=5.0)]
@@ -93,9 +93,11 @@ class HandModelConfig(Section):
 
 
 class StrategyConfig(Section):
-    """The pile-based strategy: angles as in the paper's Fig. 3, speed and thresholds."""
+    """The strategy: what the hand aims at, angles as in the paper's Fig. 3, speed and thresholds."""
 
-    kind: Literal["pile"] = Field(default="pile", description="whether the push heeds the pile alone")
+    kind: Literal["pile", "object"] = Field(
+        default="pile", description="what the hand aims at: the pile's centre, or a chosen object"
+    )
     alpha_deg: float = Field(default=0.0, ge=-90.0, le=90.0, description="orientation of the hand to the pile [deg]")
     beta_deg: float = Field(default=0.0, ge=-60.0, le=60.0, description="offset of the fingers from the motion [deg]")
     theta_deg: Slope | None = Field(default=None, description="slope of the fingers; the hand's own where absent [deg]")

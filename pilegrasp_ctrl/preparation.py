@@ -16,8 +16,9 @@ from .control.operational_space import OperationalSpaceController
 from .control.tool_axes import move_wrench
 from .exceptions import ConfigurationError, UnreachablePoseError
 from .order import Order, delivery_pose
+from .primitives.object_choice import choose_object
 from .primitives.primitive import Target
-from .primitives.strategy import HAND_HALF_WIDTH, Plan, Tool, line_plan, pile_extent, pile_strategy
+from .primitives.strategy import HAND_HALF_WIDTH, Plan, Tool, line_plan, pile_extent, pile_strategy, touch_point
 from .robots import names, path
 from .sim.backend import Simulation
 from .sim.hand import Hand
@@ -75,6 +76,10 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     """
     steps, hand, kind, layout, control = _parts(scenario)
     pile = settle_pile(kind, scenario.pile.count, layout, seed, scenario.sim.contact_rule, scenario.sim.timestep)
+    goal = layout.goals[0] if layout.goals else None
+    if scenario.program != "line" and goal is None:
+        center, extent, _ = _aim(scenario, layout, kind, pile.poses, None)
+        layout = layout.standing_back(touch_point(scenario.strategy, center, extent), pile.poses[:, :2])
     tool = hand.mass_properties()
     base = layout.transform_base_to_world
     arm = ArmModel.load(
@@ -83,7 +88,7 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     search = StartPosture(scenario.robot, hand.transform_tool_to_flange, base)
 
     def plan_to(poses: Array, goal: PushGoal | None, posture: Array | None = None) -> tuple[Plan, Array]:
-        return _plan_within_reach(scenario, hand, layout, poses, kind.bounding_radius, search, goal, posture)
+        return _plan_within_reach(scenario, hand, layout, _aim(scenario, layout, kind, poses, goal), search, posture)
 
     order = None
     if scenario.program == "order":
@@ -92,7 +97,7 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
         _, plan, q = order.next_plan(pile.poses)
         search.solve(delivery_pose(hand.theta), q)
     else:
-        plan, q = plan_to(pile.poses, layout.goals[0] if layout.goals else None)
+        plan, q = plan_to(pile.poses, goal)
     scene = build_scene(scenario, hand, kind, layout)
     period = steps * scenario.sim.timestep
     sensor = WristSensor(scene.model, tool, scenario.sensor, period, seed)
@@ -119,6 +124,9 @@ def _parts(scenario: Scenario) -> tuple[int, Hand, Objects, Layout, Callable[[Ar
     hand = Hand.load(scenario.hand, scenario.hand_model)
     kind = kind_of(scenario.pile)
     layout = make_layout(scenario.support, scenario.pile, kind.diameter, scenario.program == "order")
+    if scenario.strategy.kind == "object" and (scenario.pile.count == 0 or scenario.support.bin):
+        why = "in a bin the push has no choice of its line" if scenario.support.bin else "pile.count is 0"
+        raise ConfigurationError(f"strategy.kind = 'object' cannot aim at an object, because {why}; make it 'pile'")
     return steps, hand, kind, layout, _controller_factory(scenario, hand)
 
 
@@ -137,15 +145,13 @@ def _plan_within_reach(
     scenario: Scenario,
     hand: Hand,
     layout: Layout,
-    object_poses: Array,
-    radius: float,
+    aim: tuple[Array, float, float],
     search: StartPosture,
-    goal: PushGoal | None,
     posture: Array | None,
 ) -> tuple[Plan, Array]:
     """Return the plan with the longest push that the arm can follow to its end, and the start posture."""
     for farthest in REACH:
-        plan = _plan(scenario, hand, layout, object_poses, radius, farthest, goal)
+        plan = _plan(scenario, hand, layout, aim, farthest)
         q = posture = search.solve(plan.start, posture)
         for pose in plan.waypoints:
             posture = search.solve(pose, posture)
@@ -159,30 +165,45 @@ def _plan_within_reach(
     return plan, q
 
 
-def _plan(
-    scenario: Scenario,
-    hand: Hand,
-    layout: Layout,
-    object_poses: Array,
-    radius: float,
-    farthest: float,
-    goal: PushGoal | None,
-) -> Plan:
-    if scenario.program == "line":
-        return line_plan(scenario.line, _tool(hand))
-    yaw = goal.yaw if goal else 0.0
+def _aim(
+    scenario: Scenario, layout: Layout, kind: Objects, poses: Array, goal: PushGoal | None
+) -> tuple[Array, float, float]:
+    """Return what the hand aims at (2,), how far the pile reaches from there toward the hand [m], and alpha's zero."""
+    positions, radius, yaw = poses[:, :2], kind.bounding_radius, goal.yaw if goal else 0.0
     alpha = yaw + np.radians(scenario.strategy.alpha_deg)
     direction = np.array([np.cos(alpha), np.sin(alpha)])
-    positions = object_poses[:, :2]
     center = np.median(positions, axis=0) if len(positions) else layout.frame_center
     if goal:
         # The bin leaves the hand less room than an open table: its line is the goal's, its start the pile's.
         foot, _ = goal.lane(positions, HAND_HALF_WIDTH)
         center = foot + min((center - foot) @ direction, -radius) * direction
+    elif scenario.strategy.kind == "object":
+        axes = _axes(poses[:, 3:]) if kind.shape == "cylinder" else None
+        center = positions[choose_object(poses[:, :3], direction, radius, axes)]
     extent = pile_extent(positions, radius, center, direction) if len(positions) else 0.5 * layout.frame_size
-    grasp = scenario.program != "push"
+    return center, extent, yaw
+
+
+def _axes(quaternions: Array) -> Array:
+    """Return the directions of the objects' own z axes (n, 3); quaternions (n, 4) are wxyz."""
+    w, x, y, z = quaternions.T
+    return np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
+
+
+def _plan(scenario: Scenario, hand: Hand, layout: Layout, aim: tuple[Array, float, float], farthest: float) -> Plan:
+    if scenario.program == "line":
+        return line_plan(scenario.line, _tool(hand))
+    center, extent, yaw = aim
     return pile_strategy(
-        scenario.strategy, _tool(hand), center, extent, farthest, grasp, yaw, LIFT_BACK if goal else None
+        scenario.strategy,
+        _tool(hand),
+        center,
+        extent,
+        farthest,
+        grasp=scenario.program != "push",
+        yaw=yaw,
+        back=LIFT_BACK if layout.goals else None,
+        arm_axis=np.array([-layout.back, 0.0]),
     )
 
 

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import TextIO, TypeGuard
 
 from ..exceptions import PilegraspError
-from . import bench, examine, export, list_scenarios, run, sweep, tune  # noqa: F401  (importing registers the verbs)
+from . import bench, examine, export, list_scenarios, paper, run, sweep, tune  # noqa: F401  (importing registers the verbs)
 from .application import app
 
 __all__ = ["app", "main"]

@@ -89,7 +89,7 @@ def sweep(
     from ..experiments.study.run import run_study
     from ..experiments.study.summary import summarise
 
-    with _progress(Path(scenario).stem) as progress:
+    with study_progress(Path(scenario).stem) as progress:
         try:
             store = run_study(
                 tasks,
@@ -175,7 +175,7 @@ def _configuration(scenario: str, vary: Mapping[str, Any], overrides: Mapping[st
 
 
 @contextmanager
-def _progress(name: str) -> Iterator[Callable[[StudyProgress], None] | None]:
+def study_progress(name: str) -> Iterator[Callable[[StudyProgress], None] | None]:
     """Show what is done, its rate, the time left and the successes so far; nothing where nobody watches."""
     if not sys.stderr.isatty():
         yield None

@@ -1,4 +1,4 @@
-"""The pile-based strategy: primitives from the pile's centre and extent and three angles (the paper, IV and Fig. 3)."""
+"""From a point of the pile, its extent and three angles to primitives (the paper, IV and Fig. 3)."""
 
 from __future__ import annotations
 
@@ -102,6 +102,12 @@ def pile_extent(positions: Array, radius: float, center: Array, direction: Array
     return edge + radius
 
 
+def touch_point(config: StrategyConfig, center: Array, extent: float, yaw: float = 0.0) -> Array:
+    """Return where the fingertips touch the table (2,) [m]: `clearance` behind the pile's edge."""
+    alpha = yaw + math.radians(config.alpha_deg)
+    return center - (extent + config.clearance) * np.array([math.cos(alpha), math.sin(alpha)])
+
+
 def pile_strategy(
     config: StrategyConfig,
     tool: Tool,
@@ -111,27 +117,29 @@ def pile_strategy(
     grasp: bool = True,
     yaw: float = 0.0,
     back: float | None = None,
+    arm_axis: Array | None = None,
 ) -> Plan:
     """Return the plan of an attempt.
 
     Args:
         config: angles, speed and thresholds.
         tool: the hand's numbers.
-        center: (2,) centre of the pile on the table [m].
-        extent: how far the pile reaches from its centre toward the hand [m].
+        center: (2,) what the hand aims at: the pile's centre, or one of its objects [m].
+        extent: how far the pile reaches from there toward the hand [m].
         reach: farthest fingertip position from the arm's axis [m].
         grasp: whether grasp and lift follow the push.
         yaw: direction of alpha = 0 about z [rad].
         back: how far the lift goes back from the support [m]; where absent it goes straight up.
+        arm_axis: (2,) where the arm stands [m]; the origin where absent.
     """
     alpha = yaw + math.radians(config.alpha_deg)
     theta = tool.theta if config.theta_deg is None else math.radians(config.theta_deg)
     direction = np.array([math.cos(alpha), math.sin(alpha), 0.0])
     rotation = tool_rotation(alpha + math.radians(config.beta_deg), theta)
-    touch = np.array([*center, 0.0]) - (extent + config.clearance) * direction
+    touch = np.array([*touch_point(config, center, extent, yaw), 0.0])
     pre_grasp = Pose(touch + PRE_GRASP_HEIGHT * UP, rotation)
     start = Pose(touch - START_BACK * direction + START_HEIGHT * UP, rotation)
-    travel = _travel(touch[:2], direction[:2], reach)
+    travel = _travel(touch[:2] - (0.0 if arm_axis is None else arm_axis), direction[:2], reach)
     approach = Approach(
         pre_grasp, PRE_GRASP_HEIGHT, config.approach_speed, config.touch_speed, config.touch_force, tool.preshape
     )

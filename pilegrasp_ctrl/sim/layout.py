@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -29,6 +29,12 @@ CORNER_DISTANCE = 1.10
 REACH = (1.04, 1.0, 0.96, 0.92)
 """Farthest fingertip position from the arm's axis that a push asks for; the first that the arm can reach counts [m]."""
 
+NEAREST = 0.62
+"""Nearest fingertip position from the arm's axis at which any hand can touch the table, at any alpha and beta [m]."""
+
+ARM_FOOT = 0.2
+"""Radius of the room that the arm's base takes on the table [m]."""
+
 WALL_HALF_THICKNESS = 0.02
 WALL_HALF_HEIGHT = 0.08
 WALL_HALF_LENGTH = {"wall": 0.50, "corner": 0.30}
@@ -48,6 +54,9 @@ BIN_CENTER = np.array([WALL_DISTANCE - 0.5 * BIN_INNER[0], 0.0])
 
 TABLE_HALF_SIZE = (0.65, 0.70)
 """What is drawn of the table [m]; the contact plane is unbounded."""
+
+FRAME_GAP = 0.05
+"""Between the room of the arm's base and the frame, at least [m]; a support behind a wide frame stands farther away."""
 
 PAPER_FRAMES = {18: 0.25, 14: 0.18, 10: 0.15}
 
@@ -69,6 +78,7 @@ class Layout:
         foot: from the arm's axis to the line about which a tilt turns the floor [m].
         tilt: how far the floor slopes down toward the support [rad].
         goals: what a push may go to in a bin, the one of `kind` first; without a bin there is no choice.
+        back: how far the arm stands back from the world's origin, along -x [m].
     """
 
     kind: SupportKind
@@ -79,6 +89,7 @@ class Layout:
     foot: float
     tilt: float
     goals: tuple[PushGoal, ...] = ()
+    back: float = 0.0
 
     @property
     def transform_base_to_world(self) -> Pose:
@@ -86,12 +97,31 @@ class Layout:
         cosine, sine = math.cos(self.tilt), math.sin(self.tilt)
         upright = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
         foot = np.array([self.foot, 0.0, 0.0])
-        return Pose(foot + upright @ (np.array([0.0, 0.0, -BASE_BELOW_TABLE]) - foot), upright)
+        return Pose(foot + upright @ (np.array([-self.back, 0.0, -BASE_BELOW_TABLE]) - foot), upright)
 
     @property
     def gravity(self) -> Array:
         """Acceleration of gravity (3,) in the scene [m/s²]."""
         return self.transform_base_to_world.rotation @ STANDARD_GRAVITY
+
+    def standing_back(self, touch: Array, objects: Array) -> Layout:
+        """Return the layout with the arm so far back that the hand can touch the table at `touch`.
+
+        A large pile spreads when its frame is lifted, and its edge may come too near. The arm stays where it is when
+        that is not so; it never stands where an object lies.
+
+        Args:
+            touch: (2,) where the fingertips touch the table [m].
+            objects: (n, 2) of the objects' centres [m].
+        """
+        back = self.back
+        while math.dist(touch, (-back, 0.0)) < NEAREST or (back > self.back and _occupied(objects, back)):
+            back += 0.01
+        return replace(self, back=back)
+
+
+def _occupied(objects: Array, back: float) -> bool:
+    return bool((np.linalg.norm(objects - np.array([-back, 0.0]), axis=1) < ARM_FOOT).any())
 
 
 def frame_size(pile: PileConfig) -> float:
@@ -127,18 +157,20 @@ def make_layout(support: SupportConfig, pile: PileConfig, object_diameter: float
         return _bin_layout(support.kind, size, tilt, order)
     if support.kind == "corner":
         half_diagonal = size / math.sqrt(2.0)
+        apex = max(CORNER_DISTANCE, ARM_FOOT + FRAME_GAP + 2.0 * half_diagonal)
         walls = tuple(
-            _wall(name, np.array([CORNER_DISTANCE, 0.0]), yaw, along=along)
+            _wall(name, np.array([apex, 0.0]), yaw, along=along)
             for name, yaw, along in (
                 ("wall_left", math.radians(-135.0), math.radians(135.0)),
                 ("wall_right", math.radians(135.0), math.radians(-135.0)),
             )
         )
-        center = np.array([CORNER_DISTANCE - half_diagonal, 0.0])
-        return Layout("corner", size, center, math.radians(45.0), walls, CORNER_DISTANCE, tilt)
-    center = np.array([WALL_DISTANCE - 0.5 * size, 0.0])
-    walls = (_wall("wall", np.array([WALL_DISTANCE, 0.0]), math.pi, along=None),) if support.kind == "wall" else ()
-    return Layout(support.kind, size, center, 0.0, walls, WALL_DISTANCE, tilt)
+        center = np.array([apex - half_diagonal, 0.0])
+        return Layout("corner", size, center, math.radians(45.0), walls, apex, tilt)
+    foot = max(WALL_DISTANCE, ARM_FOOT + FRAME_GAP + size)
+    center = np.array([foot - 0.5 * size, 0.0])
+    walls = (_wall("wall", np.array([foot, 0.0]), math.pi, along=None),) if support.kind == "wall" else ()
+    return Layout(support.kind, size, center, 0.0, walls, foot, tilt)
 
 
 def _bin_layout(kind: SupportKind, size: float, tilt: float, order: bool) -> Layout:

@@ -16,7 +16,16 @@ class ObjectMix:
     """
 
     kinds: tuple[ObjectKind, ...]
-    net = None
+
+    @property
+    def net(self) -> None:
+        """None of them has one."""
+        return None
+
+    @property
+    def shape(self) -> str:
+        """No single one."""
+        return "mix"
 
     @property
     def bounding_radius(self) -> float:

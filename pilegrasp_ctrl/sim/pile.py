@@ -12,7 +12,7 @@ from ..exceptions import PileError
 from ..types import Array
 from .contact import NATURAL_FREQUENCY, OBJECT_IMPEDANCE, Rule, add_pair
 from .drop import FRAME_HEIGHT, drop_poses
-from .layout import Layout
+from .layout import ARM_FOOT, Layout
 from .object_mix import Objects
 from .pile_cache import PileCache
 from .scene import add_objects, add_support, contact, new_spec
@@ -20,17 +20,17 @@ from .surface import SUPPORT
 
 PANEL_HALF_THICKNESS = 0.02
 LIFT_SPEED = 0.3
-PEDESTAL = (0.2, 0.1)
+PEDESTAL = (ARM_FOOT, 0.1)
 """Radius and half height of the room that the arm's base takes above the table [m]."""
 REST_SPEED = 0.01
 """An object whose centre moves slower than this [m/s] counts as resting."""
-REST_TIME = 0.3
-"""The pile is settled when all objects have rested for this long [s]."""
+REST_TIME = 1.0
+"""The pile is settled when all objects have rested for this long [s]; a cube that balances takes its time to topple."""
 TIME_LIMIT = 20.0
 """Of the simulated settling, for each of its two phases [s]."""
 DEEPEST = 1e-3
 """Two bodies of a settled pile overlap by less than this [m]; 0.04 mm was the most that we saw."""
-CACHE_VERSION = 12
+CACHE_VERSION = 13
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,0 +1,194 @@
+"""`pilegrasp paper`."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from rich.table import Table
+
+from ..exceptions import ConfigurationError
+from .application import app
+from .options import DebugOption, JsonOption, make_console, print_json
+from .sweep import study_progress
+
+if TYPE_CHECKING:
+    from ..experiments.paper.plan import Expected, Work
+
+JUDGING = 10_000
+"""Seeds from here on are for judging; whoever tunes uses others."""
+COLOURS = {"holds": "green", "fails": "red", "not decided": "yellow"}
+
+
+@app.command(
+    "paper",
+    epilog="Run it again with the same folder and it does only what is missing; more experiments or attempts are added "
+    "to what is there. An interrupt loses no finished attempt.",
+)
+def paper(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; made where it is missing.")],
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[fig06..fig11|velocity_force|motion_pattern|table1|all]...",
+            help="Which experiments; all by default.",
+        ),
+    ] = None,
+    attempts: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            metavar="N",
+            help="At most so many at a condition, fewer where many are judged as one; the paper's numbers by default.",
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Worker processes; one for each core where absent.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Use the workers of this dask scheduler instead.")
+    ] = None,
+    seeds_from: Annotated[
+        int, typer.Option(min=0, metavar="SEED", help="First seed of every condition; below 10000 to try things out.")
+    ] = JUDGING,
+    recordings: Annotated[
+        bool, typer.Option("--recordings/--no-recordings", help="Whether to show typical attempts.")
+    ] = True,
+    dry_run: Annotated[
+        bool,
+        typer.Option("--dry-run", metavar="", help="Say how many attempts are missing and what they cost, and stop."),
+    ] = False,
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """Carry out the paper's experiments and judge its claims: claims.json, index.html, figures, recordings."""
+    if scheduler is not None and jobs is not None:
+        raise ConfigurationError("--jobs is for this machine and --scheduler for a cluster; leave out one of the two")
+
+    from ..experiments.paper.plan import plan
+    from ..scenarios.paper import NAMES, experiment
+
+    chosen = [experiment(name) for name in (NAMES if not names or "all" in names else dict.fromkeys(names))]
+    work = plan(chosen, attempts)
+    expected = _expected(work, seeds_from, out)
+    workers = jobs or _cores()
+    print(_describe(expected, len(work), None if scheduler else workers), file=sys.stderr, flush=True)
+    if dry_run:
+        if as_json:
+            print_json(_costs(work, expected))
+        else:
+            _print_costs(work)
+        return
+
+    from ..experiments.paper.run import carry_out, write_results
+
+    with study_progress("paper") as progress:
+        try:
+            store = carry_out(work, out, seeds_from, jobs=workers, scheduler=scheduler, progress=progress)
+        except KeyboardInterrupt:
+            print(f"stopped; what is finished is kept in {out}, and the same command does the rest", file=sys.stderr)
+            raise
+    with store, _pages() as shown:
+        command = _command(names, attempts, seeds_from, out)
+        document = write_results(store, command, seeds_from, recordings=recordings, progress=shown)
+    if as_json:
+        print_json(document)
+    else:
+        _print_claims(document, out)
+
+
+def _cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _expected(work: list[Work], first_seed: int, out: Path) -> Expected:
+    from ..experiments.paper.plan import expect
+    from ..experiments.study.store import FILE, StudyStore
+
+    if not (out / FILE).is_file():
+        return expect(work, first_seed, None)
+    with StudyStore(out) as store:
+        return expect(work, first_seed, store)
+
+
+def _describe(expected: Expected, conditions: int, workers: int | None) -> str:
+    text = f"{expected.attempts} attempts at {conditions} conditions, {expected.missing} of them missing"
+    if not expected.missing:
+        return text
+    text += f": about {expected.seconds / 60.0:.0f} min of processor time"
+    return text if workers is None else f"{text}, {expected.seconds / 60.0 / workers:.0f} min on {workers} processes"
+
+
+def _by_experiment(work: list[Work]) -> dict[str, tuple[int, int, float]]:
+    """Return conditions, attempts and processor seconds of each experiment; a shared condition counts for the first."""
+    found: dict[str, tuple[int, int, float]] = {}
+    for part in work:
+        conditions, attempts, seconds = found.get(part.experiment, (0, 0, 0.0))
+        found[part.experiment] = (conditions + 1, attempts + part.attempts, seconds + part.attempts * part.cost())
+    return found
+
+
+def _costs(work: list[Work], expected: Expected) -> dict[str, Any]:
+    rows = _by_experiment(work)
+    return {
+        "attempts": expected.attempts,
+        "missing": expected.missing,
+        "processor_seconds": expected.seconds,
+        "experiments": {
+            name: {"conditions": conditions, "attempts": attempts, "processor_seconds": seconds}
+            for name, (conditions, attempts, seconds) in rows.items()
+        },
+    }
+
+
+def _print_costs(work: list[Work]) -> None:
+    table = Table(box=None, pad_edge=False)
+    table.add_column("experiment")
+    for column in ("conditions", "attempts", "processor time"):
+        table.add_column(column, justify="right")
+    for name, (conditions, attempts, seconds) in _by_experiment(work).items():
+        table.add_row(escape(name), str(conditions), str(attempts), f"{seconds / 60.0:.1f} min")
+    make_console().print(table)
+
+
+def _command(names: list[str] | None, attempts: int | None, first_seed: int, out: Path) -> str:
+    """Return the command that does this again."""
+    words = ["pilegrasp", "paper", *(names or ["all"])]
+    words += [] if attempts is None else ["--attempts", str(attempts)]
+    words += [] if first_seed == JUDGING else ["--seeds-from", str(first_seed)]
+    return shlex.join([*words, "--out", str(out)])
+
+
+@contextmanager
+def _pages() -> Iterator[Callable[[int, int], None] | None]:
+    """Show how many typical attempts have been recorded; nothing where nobody watches."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), MofNCompleteColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("recordings", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def _print_claims(document: Mapping[str, Any], out: Path) -> None:
+    table = Table(box=None, pad_edge=False)
+    for column in ("", "verdict", "claim"):
+        table.add_column(column)
+    for claim in document["claims"]:
+        verdict = claim["verdict"]
+        table.add_row(claim["id"], f"[{COLOURS[verdict]}]{verdict}[/]", escape(claim["claim"]))
+    console = make_console()
+    console.print(table)
+    for name in ("claims.json", "index.html"):
+        console.print(f"wrote {escape(str(out / name))}", highlight=False, soft_wrap=True)

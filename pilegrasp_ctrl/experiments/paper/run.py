@@ -1,0 +1,106 @@
+"""Run the paper's experiments, judge its claims, and write both down."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from ... import __version__
+from ...recording import write_atomically
+from ...scenarios.paper import NAMES, experiment
+from ..study.progress import Progress
+from ..study.run import run_study
+from ..study.store import StudyStore
+from .charts import save
+from .evidence import Evidence
+from .examples import show
+from .experiment import Experiment
+from .ledger import documents, ledger
+from .measures import MEASURE
+from .page import page
+from .plan import Work, plan
+
+FIGURES = "figures"
+VERSIONS = ("mujoco", "pin", "numpy", "scipy", "daqp", "mink")
+
+
+def carry_out(
+    work: Sequence[Work],
+    folder: Path,
+    first_seed: int,
+    *,
+    jobs: int,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> StudyStore:
+    """Run what is missing into the folder's store and return it, open.
+
+    Raises:
+        PilegraspError: as `run_study`; where the folder's study began with other seeds.
+    """
+    tasks = [task for part in work for task in part.tasks(first_seed)]
+    configuration = {"study": "paper", "first seed": first_seed}
+    return run_study(
+        tasks,
+        folder,
+        jobs=jobs,
+        scheduler=scheduler,
+        measure=MEASURE,
+        configuration=configuration,
+        progress=progress,
+    )
+
+
+def write_results(
+    store: StudyStore,
+    command: str,
+    first_seed: int,
+    *,
+    recordings: bool = True,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[str, Any]:
+    """Write `claims.json`, `index.html`, figures and recordings from all that the store holds; return the document.
+
+    Args:
+        store: of the study.
+        command: what the user typed.
+        first_seed: of every condition.
+        recordings: whether to show typical attempts.
+        progress: called with the number of pages that are written, and of all.
+    """
+    experiments = [experiment(name) for name in NAMES]
+    evidence = gather(store, experiments)
+    entries = ledger(evidence)
+    if recordings:
+        show((example for *_, examples in entries for example in examples), store, progress)
+    claims = documents(entries)
+    if not recordings:
+        for claim in claims:
+            claim["recordings"] = {"success": None, "failure": None}
+    drawn = [part for part in experiments if any(evidence.of(row.condition).n for row in part.rows)]
+    (store.folder / FIGURES).mkdir(exist_ok=True)
+    figures = {
+        part.name: [f"{FIGURES}/{name}" for name in save(part, evidence, store.folder / FIGURES)] for part in drawn
+    }
+    document = {
+        "command": command,
+        "seeds_from": first_seed,
+        "attempts": sum(sample.n for sample in evidence),
+        "conditions": len(evidence.samples),
+        "processor_hours": sum(processor for processor, _ in store.costs().values()) / 3600.0,
+        "versions": {"pilegrasp": __version__} | {name: version(name) for name in VERSIONS},
+        "figures": figures,
+        "claims": claims,
+    }
+    text = json.dumps(document, indent=2, allow_nan=False)
+    write_atomically(store.folder / "claims.json", text.encode())
+    write_atomically(store.folder / "index.html", page(document, drawn, evidence).encode())
+    return document
+
+
+def gather(store: StudyStore, experiments: Sequence[Experiment]) -> Evidence:
+    """Return all attempts of the store at the experiments' conditions."""
+    return Evidence.of_rows(store.attempts(), [part.condition for part in plan(experiments, None)])
