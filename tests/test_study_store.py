@@ -230,6 +230,18 @@ def test_origins_name_what_a_result_depends_on():
     assert origins_of([wall], "json.dumps")["measure"] == "json.dumps"
 
 
+def test_a_measure_counts_with_the_modules_beside_it(tmp_path, monkeypatch):
+    package = tmp_path / "measured_here"
+    package.mkdir()
+    for name in ("__init__", "spread", "helper"):
+        (package / f"{name}.py").write_text("def spread(recording):\n    return {}\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    before = origins_of([], "measured_here.spread.spread")
+    (package / "helper.py").write_text("WIDTH = 0.2\n")
+    after = origins_of([], "measured_here.spread.spread")
+    assert {name for name in after if after[name] != before[name]} == {"the measure's code"}
+
+
 def test_a_changed_file_of_a_robot_or_an_object_is_another_origin(tmp_path, monkeypatch):
     wall = load_scenario("spheres_wall")
     before = origins_of([wall])

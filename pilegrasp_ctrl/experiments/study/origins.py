@@ -23,7 +23,7 @@ _PACKAGE = Path(__file__).resolve().parents[2]
 # What decides a result; the command line, the viewer and the experiments only ask for it and show it.
 _CODE = (
     *("types.py", "config.py", "config_sections.py", "arm_model.py", "arm_state.py", "tasks", "limits", "control"),
-    *("trajectories", "primitives", "sim", "preparation.py", "episode.py", "recorder.py"),
+    *("trajectories", "primitives", "sim", "preparation.py", "episode.py", "order.py", "recorder.py"),
 )
 
 
@@ -121,6 +121,7 @@ def _object(file: Path) -> str:
 
 
 def _measure(name: str) -> str:
+    """Return a digest of the measure's module and of those that lie beside it in its package, which it may use."""
     module = name.rpartition(".")[0]
     try:
         file = import_module(module).__file__
@@ -128,4 +129,7 @@ def _measure(name: str) -> str:
         raise ConfigurationError(
             f"measure = {name!r} cannot be imported ({error}); give package.module.function"
         ) from None
-    return _digest([("", Path(file).read_bytes() if file else b"")])
+    if file is None:
+        return "none"
+    files = sorted(Path(file).parent.rglob("*.py")) if "." in module else [Path(file)]
+    return _digest((other.name, other.read_bytes()) for other in files)
