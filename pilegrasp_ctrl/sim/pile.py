@@ -54,7 +54,8 @@ def settle_pile(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: R
     return poses
 
 
-def _simulate(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: Rule, timestep: float) -> Array:
+def pile_model(kind: ObjectKind, count: int, layout: Layout, rule: Rule, timestep: float) -> mujoco.MjModel:
+    """Return the compiled frame, supports and objects; the frame is the one mocap body, the objects the only joints."""
     spec = new_spec(timestep)
     supports = add_support(spec, layout)
     panels = [*_add_frame(spec, layout), _add_pedestal(spec)]
@@ -63,9 +64,13 @@ def _simulate(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: Rul
     for name in names:
         for panel in panels:
             add_pair(spec, name, panel, side)
-    model = spec.compile()
+    return spec.compile()
+
+
+def _simulate(kind: ObjectKind, count: int, layout: Layout, seed: int, rule: Rule, timestep: float) -> Array:
+    model = pile_model(kind, count, layout, rule, timestep)
     data = mujoco.MjData(model)
-    data.qpos[:] = _drop_poses(kind, count, layout, np.random.default_rng(seed)).ravel()
+    data.qpos[:] = drop_poses(kind, count, layout, np.random.default_rng(seed)).ravel()
     speed_limit = round(TIME_LIMIT / timestep)
     _until_rest(model, data, speed_limit, "inside the frame")
     lift = LIFT_SPEED * timestep
@@ -131,7 +136,7 @@ def _add_pedestal(spec: mujoco.MjSpec) -> str:
     return "pedestal"
 
 
-def _drop_poses(kind: ObjectKind, count: int, layout: Layout, rng: np.random.Generator) -> Array:
+def drop_poses(kind: ObjectKind, count: int, layout: Layout, rng: np.random.Generator) -> Array:
     """Return random poses (count, 7) above the frame's floor that do not overlap: a jittered grid, layer on layer.
 
     The objects of a net are dropped together, upright and side by side; whatever stands alone falls as it likes.

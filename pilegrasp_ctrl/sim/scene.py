@@ -133,9 +133,23 @@ def add_objects(spec: mujoco.MjSpec, kind: ObjectKind, count: int, supports: lis
     return names
 
 
+def furnish(spec: mujoco.MjSpec, hand: Hand, kind: ObjectKind, count: int, layout: Layout, rule: Rule) -> list[str]:
+    """Add support and objects to a spec that holds the hand, and all their pairs; return the objects' names."""
+    supports = add_support(spec, layout)
+    objects = add_objects(spec, kind, count, supports, rule)
+    step = spec.option.timestep
+    on_support = pair_parameters(combine(hand.surface, SUPPORT, rule), step)
+    on_object = pair_parameters(combine(hand.surface, kind.surface, rule), step)
+    for finger in hand.contact_geoms:
+        for support in supports:
+            add_pair(spec, finger, support, on_support, condim=3)
+        for name in objects:
+            add_pair(spec, finger, name, on_object)
+    return objects
+
+
 def build_scene(scenario: Scenario, hand: Hand, kind: ObjectKind, layout: Layout) -> Scene:
     """Compile the scene of an attempt; the arm is the first tree, the hand the second part of it, then the objects."""
-    rule = scenario.sim.contact_rule
     spec = new_spec(scenario.sim.timestep, str(path(scenario.robot, f"{scenario.robot}.xml")))
     arm_joints = len(spec.joints)
     base = spec.body("base_link")
@@ -148,15 +162,7 @@ def build_scene(scenario: Scenario, hand: Hand, kind: ObjectKind, layout: Layout
     # The contact plane has no edge; where the table ends, these links reach below its height.
     for link in ("base_link", "link1", "link2", "link3"):
         spec.add_exclude(bodyname1="world", bodyname2=link)
-    supports = add_support(spec, layout)
-    objects = add_objects(spec, kind, scenario.pile.count, supports, rule)
-    on_support = pair_parameters(combine(hand.surface, SUPPORT, rule), scenario.sim.timestep)
-    on_object = pair_parameters(combine(hand.surface, kind.surface, rule), scenario.sim.timestep)
-    for finger in hand.contact_geoms:
-        for support in supports:
-            add_pair(spec, finger, support, on_support, condim=3)
-        for name in objects:
-            add_pair(spec, finger, name, on_object)
+    objects = furnish(spec, hand, kind, scenario.pile.count, layout, scenario.sim.contact_rule)
     model = spec.compile()
     hand_bodies = tuple(i for i in range(model.nbody) if _is_below(model, i, model.body("sensor").id))
     return Scene(
