@@ -133,7 +133,18 @@ def run(
         scenario = load_scenario(scenario, overrides)
     if not isinstance(seed, int) or seed < 0:
         raise ConfigurationError(f"seed = {seed!r} must be a whole number that is not negative")
-    return _Loop(prepare(scenario, seed), record, progress, on_frame).run()
+    return carry_out(prepare(scenario, seed), record=record, progress=progress, on_frame=on_frame)
+
+
+def carry_out(
+    attempt: Attempt, *, record: bool = False, progress: Progress | None = None, on_frame: Observer | None = None
+) -> EpisodeResult:
+    """Run a prepared attempt, once; the arguments are those of `run`.
+
+    Raises:
+        SimulationError: where the simulation leaves the range in which it can be believed.
+    """
+    return _Loop(attempt, record, progress, on_frame).run()
 
 
 @contextmanager

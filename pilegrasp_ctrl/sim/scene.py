@@ -138,9 +138,22 @@ def contact(spec: mujoco.MjSpec, first: Surface, second: Surface, rule: Rule) ->
     return pair_parameters(combine(first, second, rule), spec.option.timestep)
 
 
+def furnish(spec: mujoco.MjSpec, hand: Hand, kind: Objects, count: int, layout: Layout, rule: Rule) -> list[str]:
+    """Add support and objects to a spec that holds the hand, and all their pairs; return the objects' names."""
+    supports = add_support(spec, layout)
+    objects = add_objects(spec, kind, count, supports, rule)
+    kinds = kind.share_out(count)
+    on_support = contact(spec, hand.surface, SUPPORT, rule)
+    for finger in hand.contact_geoms:
+        for support in supports:
+            add_pair(spec, finger, support, on_support, condim=3)
+        for name, each in zip(objects, kinds, strict=True):
+            add_pair(spec, finger, name, contact(spec, hand.surface, each.surface, rule))
+    return objects
+
+
 def build_scene(scenario: Scenario, hand: Hand, kind: Objects, layout: Layout) -> Scene:
     """Compile the scene of an attempt; the arm is the first tree, the hand the second part of it, then the objects."""
-    rule = scenario.sim.contact_rule
     spec = new_spec(scenario.sim.timestep, str(path(scenario.robot, f"{scenario.robot}.xml")))
     arm_joints = len(spec.joints)
     base = spec.body("base_link")
@@ -153,15 +166,7 @@ def build_scene(scenario: Scenario, hand: Hand, kind: Objects, layout: Layout) -
     # The contact plane has no edge; where the table ends, these links reach below its height.
     for link in ("base_link", "link1", "link2", "link3"):
         spec.add_exclude(bodyname1="world", bodyname2=link)
-    supports = add_support(spec, layout)
-    objects = add_objects(spec, kind, scenario.pile.count, supports, rule)
-    kinds = kind.share_out(len(objects))
-    on_support = contact(spec, hand.surface, SUPPORT, rule)
-    for finger in hand.contact_geoms:
-        for support in supports:
-            add_pair(spec, finger, support, on_support, condim=3)
-        for name, each in zip(objects, kinds, strict=True):
-            add_pair(spec, finger, name, contact(spec, hand.surface, each.surface, rule))
+    objects = furnish(spec, hand, kind, scenario.pile.count, layout, scenario.sim.contact_rule)
     model = spec.compile()
     hand_bodies = tuple(i for i in range(model.nbody) if _is_below(model, i, model.body("sensor").id))
     return Scene(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...recording import Recording, Shape
@@ -173,7 +174,7 @@ def _finger(frames: _Frames, hand: Hand, finger: str) -> tuple[Array, Array]:
     return bend, np.arcsin(-along[:, 2])
 
 
-def _windows(recording: Recording, time: Array) -> tuple[Array, Array]:
+def _windows(recording: Recording, time: Array) -> tuple[NDArray[np.bool], NDArray[np.bool]]:
     """Return which of the times belong to the sliding before the pile is met, and to the whole push."""
     push = _outcome(recording, "push")
     pushing = (time >= push["start"] + UNDER_WAY) & (time <= push["end"])

@@ -1,0 +1,1 @@
+"""Measurements on the models of an attempt, each against a number that comes from elsewhere."""

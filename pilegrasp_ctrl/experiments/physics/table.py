@@ -1,0 +1,24 @@
+"""Checks as lines of a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .physics_check import PhysicsCheck
+
+HEADER = ("check", "requested", "measured", "tolerance", "verdict")
+
+
+def cells(check: PhysicsCheck) -> tuple[str, str, str, str, str]:
+    """Return a check as the texts of one line of a table."""
+    unit = "" if check.unit == "-" else f" {check.unit}"
+    sign = {"=": "±", "<=": "+", ">=": "-"}[check.relation]
+    verdict = "ok" if check.ok else "failed"
+    numbers = (f"{check.requested:.4g}{unit}", f"{check.measured:.3g}{unit}", f"{sign}{check.tolerance:.2g}{unit}")
+    return check.name, *numbers, verdict
+
+
+def markdown(checks: Sequence[PhysicsCheck]) -> str:
+    """Return the checks as a Markdown table."""
+    rows = [HEADER, ("---",) * len(HEADER), *(cells(check) for check in checks)]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)

@@ -1,0 +1,25 @@
+"""Success, trigger time and peak force of spheres_wall at other steps and solver settings: tables of docs/numerics.md.
+
+Usage: python convergence.py [FILE [FIRST LAST]]; attempts are kept in FILE (convergence.jsonl), and not run twice
+"""
+
+import sys
+from pathlib import Path
+
+from pilegrasp_ctrl.experiments.physics.convergence import SOLVERS, STEPS, convergence, convergence_table
+
+
+def main() -> None:
+    """Run what is missing of seeds FIRST to LAST - 1 (0 to 17) on one core, and print both tables."""
+    file, first, last = [*sys.argv[1:], *["convergence.jsonl", "0", "18"][len(sys.argv) - 1 :]]
+
+    def show(share: float, what: str) -> None:
+        print(f"{share:4.0%} {what}", file=sys.stderr)
+
+    results = convergence(Path(file), "spheres_wall", range(int(first), int(last)), show)
+    for column in (STEPS, SOLVERS):
+        print(convergence_table(results, column), end="\n\n")
+
+
+if __name__ == "__main__":
+    main()
