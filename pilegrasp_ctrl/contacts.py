@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -56,10 +57,10 @@ class Contacts:
         return slice(int(self.start[frame]), int(self.start[frame + 1]))
 
 
-def _frozen(value: ArrayLike, dtype: type, name: str) -> NDArray[np.generic]:
+def _frozen(value: ArrayLike, dtype: type, name: str) -> NDArray[Any]:
     try:
         with np.errstate(over="ignore", invalid="ignore"):
-            array = np.array(value).astype(dtype)
+            array: NDArray[Any] = np.array(value).astype(dtype)
             kept = np.issubdtype(dtype, np.floating) or np.array_equal(array, np.asarray(value))
     except (TypeError, ValueError, OverflowError) as error:
         raise RecordingError(f"the contacts' {name} is not an array of numbers") from error

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .arm_model import ArmModel
 from .arm_state import ArmState
@@ -43,7 +44,7 @@ class Recorder:
         self._bodies, self._ids = drawn_bodies(simulation.scene)
         self._contact_forces = ContactForces(simulation.scene.model, self._bodies, self._ids)
         self._frames: list[tuple[float, Array, Array]] = []
-        self._contacts: list[tuple[Array, Array, Array]] = []
+        self._contacts: list[tuple[NDArray[np.int32], Array, Array]] = []
         self._rows: list[dict[str, Any]] = []
         self._next_frame = self._next_row = 0.0
 
@@ -101,7 +102,10 @@ class Recorder:
             signal_time=np.array([row["time"] for row in rows]),
             signals={name: np.array([row[name] for row in rows]) for name in UNITS},
             contacts=Contacts(
-                np.cumsum([0, *(len(found[0]) for found in self._contacts)]), bodies=pairs, position=points, force=forces
+                np.cumsum([0, *(len(found[0]) for found in self._contacts)]),
+                bodies=pairs,
+                position=points,
+                force=forces,
             ),
         )
 

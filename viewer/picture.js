@@ -11,7 +11,7 @@ window.picture = (() => {
   let columns = 1;
 
   function size(width, height) {
-    const pane = document.getElementById("pane");
+    const pane = document.querySelector(".pane");
     Object.assign(pane.style, { width: `${width}px`, height: `${height}px` });
     viewer.set_3d_pane_size();
   }
@@ -56,7 +56,7 @@ window.picture = (() => {
     scene(moment, 0, 0, width, height - 30);
     pen.fillStyle = colour("paper");
     pen.fillRect(0, height - 30, width, 30);
-    const end = write(document.getElementById("now").textContent, 10, height - 10, 0.7 * width);
+    const end = write(document.querySelector(".moment").textContent, 10, height - 10, 0.7 * width);
     write(note, width - 10, height - 10, width - end - 30, { ink, bold: ink !== "soft", right: true });
     return png();
   }

@@ -19,7 +19,7 @@ const stage = (() => {
   const world = ([x, y, z]) => new MeshCat.THREE.Vector3(x, z, -y);
 
   // The nearest place on the line of sight from which every corner of the action's box would be in the picture, and a
-  // tenth nearer, as nothing fills the corners.
+  // sixth nearer, as nothing fills the corners.
   function frame(viewer, { low, high, direction }) {
     const target = world(low).add(world(high)).multiplyScalar(0.5);
     const toward = world(direction).normalize();
@@ -34,7 +34,7 @@ const stage = (() => {
       const along = Math.abs(point.dot(up)) / height;
       distance = Math.max(distance, point.dot(toward) + Math.max(across, along));
     }
-    viewer.camera.position.copy(target).addScaledVector(toward, 0.9 * distance);
+    viewer.camera.position.copy(target).addScaledVector(toward, 0.84 * distance);
     viewer.controls.target.copy(target);
     viewer.controls.update();
     viewer.set_dirty();
