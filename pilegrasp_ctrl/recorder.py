@@ -37,7 +37,10 @@ UNITS = {
 
 
 class Recorder:
-    """Samples bodies and contacts at 30 Hz and signals at 100 Hz; no wall-clock time enters, so equal attempts give equal bytes."""
+    """Samples bodies and contacts at 30 Hz and signals at 100 Hz.
+
+    No wall-clock time enters, so equal attempts give equal bytes.
+    """
 
     def __init__(self, simulation: Simulation, arm: ArmModel, push_direction: Array) -> None:
         self._simulation, self._torque_limit, self._direction = simulation, arm.torque_limit, push_direction

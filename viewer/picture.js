@@ -85,5 +85,13 @@ window.picture = (() => {
     write(words[1] ?? "", end + 10, y + tile.height + 38, x + tile.width - end - 10);
   }
 
-  return { openMovie, frame, openSheet, addTile, png };
+  // The last moment, small and without words.
+  function thumbnail(width, height) {
+    [canvas.width, canvas.height] = [width, height];
+    size(width, height);
+    scene(Infinity, 0, 0, width, height);
+    return canvas.toDataURL("image/jpeg", 0.8).split(",")[1];
+  }
+
+  return { thumbnail, openMovie, frame, openSheet, addTile, png };
 })();

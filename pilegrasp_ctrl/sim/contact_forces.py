@@ -20,7 +20,7 @@ _RANK = {"arm": 0, "sensor": 0, "hand": 0, "object": 1, "support": 2}
 class ContactForces:
     """Reads the contacts of a model whose drawn bodies are `bodies`, with the body ids `ids`.
 
-    The first body of a pair is the one that is nearer to the arm: the hand before an object, an object before a support.
+    The first body of a pair is the one nearer to the arm: the hand before an object, an object before a support.
     """
 
     def __init__(self, model: Any, bodies: tuple[Body, ...], ids: NDArray[np.int_]) -> None:
