@@ -14,6 +14,7 @@ from synthetic_recording import WALL_X, synthetic
 
 from pilegrasp_ctrl.viewer import write_html
 from pilegrasp_ctrl.viewer.commands import node_path
+from pilegrasp_ctrl.viewer.shapes import PALETTE
 
 pytestmark = pytest.mark.browser
 
@@ -361,6 +362,44 @@ def test_the_keys_switch_overlays_and_the_camera(paused):
     assert paused.evaluate(height) > 0.99
     paused.evaluate(key.replace("KEY", "'r'"))
     assert paused.evaluate(height) < 0.8
+
+
+def test_two_recordings_share_one_clock(browser, attempt, tmp_path):
+    other = synthetic(success=False, frames=100, objects=7)
+    file = tmp_path / "pair.html"
+    write_html(attempt, file, other)
+    browser.open(file)
+    browser.evaluate("pilegrasp.ready.then(() => pilegrasp.pause())")
+    times = "pilegrasp.panels.map(({ viewer }) => viewer.animator.time)"
+    cursors = "[...document.querySelectorAll('.cursor')].map((cursor) => parseFloat(cursor.style.left))"
+    # The shorter one waits at its end.
+    for moment, expected in ((3.0, [3.0, 3.0]), (9.0, [9.0, 6.4])):
+        browser.evaluate(f"pilegrasp.seek({moment})")
+        assert browser.evaluate(times) == pytest.approx(expected, abs=1e-3)
+        assert browser.evaluate(cursors) == pytest.approx([10.0 * moment] * 2, abs=0.1)
+    box = browser.evaluate("document.querySelectorAll('.plot')[1].getBoundingClientRect().toJSON()")
+    x, y = box["left"] + 0.4 * box["width"], box["top"] + 0.5 * box["height"]
+    browser.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", buttons=1, clickCount=1)
+    assert browser.evaluate(times) == pytest.approx([4.0, 4.0], abs=0.05)
+    counts = "pilegrasp.panels.map((p) => Object.keys(p.viewer.scene_tree.find(['Objects']).children).length)"
+    assert browser.evaluate(counts) == [18, 7]
+    for width in (1280, 400):
+        browser.resize(width, 800)
+        assert browser.evaluate("document.documentElement.scrollWidth") <= width
+    assert_quiet(browser, file)
+
+
+def test_objects_have_colours_of_their_own(paused, attempt):
+    paths = [node_path(k, body) for k, body in enumerate(attempt.bodies) if body.role == "object"]
+    colors = paused.evaluate(f"""{paths}.map((path) => {{
+      const found = [];
+      pilegrasp.viewer.scene_tree.find(path.split("/").filter(Boolean)).object.traverse((c) => {{
+        if (c.isMesh && c.material.side !== 1) found.push(c.material.color.getHex());
+      }});
+      return found;
+    }})""")
+    assert [pair[0] for pair in colors] == [PALETTE[k % len(PALETTE)] for k in range(18)]
+    assert all(len(set(pair)) == 2 for pair in colors)
 
 
 def test_the_page_cannot_reach_the_network(paused):

@@ -130,15 +130,15 @@ class Lane:
         return Axes(start, end, *self._roomy(low, high if high > low else low + 1.0))
 
     def _roomy(self, low: float, high: float) -> tuple[float, float]:
-        """Return bounds that leave three pixels below and six above, so that curves and numbers of lanes keep apart."""
-        pixel = (high - low) / (self.height - 9)
-        return low - 3.0 * pixel, high + 6.0 * pixel
+        """Return bounds that leave four pixels below and eight above, so that the numbers of two lanes keep apart."""
+        pixel = (high - low) / (self.height - 12)
+        return low - 4.0 * pixel, high + 8.0 * pixel
 
     def html(self, start: float, end: float) -> str:
         """Return the lane between two times [s]."""
         axes = self.axes(start, end)
         svg = labels = ""
-        for tick in nice_ticks(axes.low, axes.high, max(2, self.height // 24)) if self.curves else []:
+        for tick in nice_ticks(axes.low, axes.high, max(3, self.height // 24)) if self.curves else []:
             y = (1.0 - axes.up(tick)) * HEIGHT
             svg += f'<line class="grid" x1="0" x2="{WIDTH:g}" y1="{y:.1f}" y2="{y:.1f}"/>'
             labels += f'<span class="ty" style="bottom:{100 * axes.up(tick):.2f}%">{tick:g}</span>'
