@@ -58,10 +58,7 @@ def main() -> None:
             if executable:
                 with Browser(executable) as browser:
                     browser.open(page)
-                    # From the start of the navigation to the second frame after everything was decoded.
-                    script = "pilegrasp.ready.then(() => new Promise((done) => requestAnimationFrame("
-                    script += "() => requestAnimationFrame(() => done(performance.now() / 1000)))))"
-                    opened = f"{browser.evaluate(script):.1f}"
+                    opened = f"{browser.evaluate('pilegrasp.drawn') / 1e3:.1f}"
             size = page.stat().st_size / 1e6
         count = f"{recording.frame_time.size} | {len(recording.bodies)}"
         print(f"| {name} | {count} | {size:.2f} | {exported:.2f} | {opened} |", flush=True)

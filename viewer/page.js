@@ -138,5 +138,8 @@ window.pilegrasp = (() => {
   listen();
   show(start);
   tick(0);
-  return Object.assign(api, { seek, play, pause, step, time: () => now, playing: () => playing, ready: open() });
+  const ready = open();
+  // When the first picture is out, in milliseconds since the page was asked for.
+  const drawn = ready.then(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  return Object.assign(api, { seek, play, pause, step, time: () => now, playing: () => playing, ready, drawn });
 })();

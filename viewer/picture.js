@@ -13,6 +13,10 @@ window.picture = (() => {
   function size(width, height) {
     const pane = document.querySelector(".pane");
     Object.assign(pane.style, { width: `${width}px`, height: `${height}px` });
+    // Twice the pixels in each direction, which become one, and soft shadows, whatever the page took.
+    viewer.renderer.setPixelRatio(2);
+    viewer.renderer.shadowMap.type = MeshCat.THREE.PCFSoftShadowMap;
+    viewer.scene.traverse(({ material }) => material && (material.needsUpdate = true));
     viewer.set_3d_pane_size();
   }
 

@@ -105,6 +105,6 @@ def timeline(recording: Recording, summary: Summary, window: tuple[float, float]
     )
     return (
         f'<figure class="timeline"><div class="plot" data-start="{start:.4f}" data-end="{end:.4f}">{bands}'
-        f'<div class="marks">{marks}</div>{rows}<div class="ticks">{labels}<span class="unit">time [s]</span></div>'
+        f'<div class="marks">{marks}</div>{rows}<div class="ticks">{labels}<span class="unit">[s]</span></div>'
         '<div class="cursor"><i></i></div></div></figure>'
     )
