@@ -4,10 +4,10 @@ SCENARIO ?= spheres_wall
 SEED ?= 0
 
 .DEFAULT_GOAL := help
-.PHONY: help setup test lint types format table hands run doctor ci clean
+.PHONY: help setup test lint types format table hands run screenshots doctor ci clean
 
 help:  ## Show this list
-	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
 setup:  ## Make .venv and install the locked versions
 	python3 -m venv .venv
@@ -35,6 +35,12 @@ hands:  ## Write the hands' MJCF and README values from their robot.toml
 
 run:  ## Run one attempt: make run SCENARIO=spheres_corner SEED=3
 	$(PILEGRASP) run $(SCENARIO) --seed $(SEED) --html $(SCENARIO).html
+
+screenshots:  ## Take the pictures of docs/viewer.md
+	$(PILEGRASP) sweep spheres_wall --vary support.kind=none,wall --seeds 0:3 --record all --out build/study
+	$(PILEGRASP) report build/study
+	mkdir -p docs/pictures
+	$(PYTHON) scenarios/screenshots.py build/study docs/pictures
 
 doctor:  ## Check the installation
 	$(PILEGRASP) doctor

@@ -6,12 +6,15 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .arm_model import ArmModel
 from .arm_state import ArmState
+from .contacts import Contacts
 from .primitives.primitive import Target
 from .recording import Recording
 from .sim.backend import Simulation
+from .sim.contact_forces import ContactForces
 from .sim.drawing import drawn_bodies
 from .types import Array, Observation
 
@@ -34,7 +37,9 @@ UNITS = {
 
 
 class Recorder:
-    """Samples bodies at 30 Hz and signals at 100 Hz; no wall-clock time enters, so equal attempts give equal bytes.
+    """Samples bodies and contacts at 30 Hz and signals at 100 Hz.
+
+    No wall-clock time enters, so equal attempts give equal bytes.
 
     Attributes:
         push_direction: (3,) along which the force of the push is noted.
@@ -44,7 +49,9 @@ class Recorder:
         self._simulation, self._torque_limit = simulation, arm.torque_limit
         self.push_direction = push_direction
         self._bodies, self._ids = drawn_bodies(simulation.scene)
+        self._contact_forces = ContactForces(simulation.scene.model, self._bodies, self._ids)
         self._frames: list[tuple[float, Array, Array]] = []
+        self._contacts: list[tuple[NDArray[np.int32], Array, Array]] = []
         self._rows: list[dict[str, Any]] = []
         self._next_frame = self._next_row = 0.0
 
@@ -62,6 +69,7 @@ class Recorder:
         if observation.time >= self._next_frame - 1e-9:
             self._next_frame = _after(observation.time, FRAME_PERIOD)
             self._frames.append((observation.time, *self._simulation.poses(self._ids)))
+            self._contacts.append(self._contact_forces.read(self._simulation.data))
         due = observation.time >= self._next_row - 1e-9
         if not due and (not always or self._rows[-1]["time"] >= observation.time):
             return
@@ -91,6 +99,7 @@ class Recorder:
         """Return the recording."""
         time, position, quaternion = zip(*self._frames, strict=True)
         rows = self._rows
+        pairs, points, forces = (np.concatenate(parts) for parts in zip(*self._contacts, strict=True))
         return Recording(
             meta=meta | {"signal_units": UNITS},
             bodies=self._bodies,
@@ -99,6 +108,12 @@ class Recorder:
             body_quaternion=np.array(quaternion),
             signal_time=np.array([row["time"] for row in rows]),
             signals={name: np.array([row[name] for row in rows]) for name in UNITS},
+            contacts=Contacts(
+                np.cumsum([0, *(len(found[0]) for found in self._contacts)]),
+                bodies=pairs,
+                position=points,
+                force=forces,
+            ),
         )
 
 

@@ -15,10 +15,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .contacts import Contacts
 from .exceptions import RecordingError
 
 FORMAT = "pilegrasp-recording"
-VERSION = 1
+VERSION = 2
+READABLE = (1, 2)
+"""Versions that `Recording.load` reads; the first knew no contacts."""
 ROLES = ("arm", "hand", "object", "support", "sensor")
 SIZE_LENGTH = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3, "plane": 2}
 
@@ -26,6 +29,8 @@ SIZE_LENGTH = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 
 _MAX_BYTES = 1 << 30
 _LAST_TIME = 1e7
 _SIGNAL_PREFIX = "signal/"
+_CONTACT_PREFIX = "contact/"
+_CONTACT_ENTRIES = ("start", "bodies", "position", "force")
 
 
 def _reals(value: Any, length: int, name: str) -> tuple[float, ...]:
@@ -181,6 +186,7 @@ class Recording:
         body_quaternion: (F, B, 4) wxyz, body to scene, float32.
         signal_time: (S,) [s], float64, strictly increasing.
         signals: name to (S,) or (S, k), float32; units are in `meta["signal_units"]`.
+        contacts: what presses on what at each frame, where that was recorded.
 
     Raises:
         RecordingError: where shapes do not fit together, a value is not finite, a time does not increase, a
@@ -194,6 +200,7 @@ class Recording:
     body_quaternion: NDArray[np.float32]
     signal_time: NDArray[np.float64]
     signals: Mapping[str, NDArray[np.float32]]
+    contacts: Contacts | None = None
 
     def __post_init__(self) -> None:
         try:
@@ -222,6 +229,11 @@ class Recording:
         for name, array in signals.items():
             if array.ndim not in (1, 2) or array.shape[0] != signal_time.size:
                 raise RecordingError(f"signal {name!r} has shape {array.shape}; its length must be {signal_time.size}")
+        if self.contacts is not None:
+            if self.contacts.frames != frame_time.size:
+                raise RecordingError(f"contacts hold {self.contacts.frames} frames; {frame_time.size} are expected")
+            if self.contacts.bodies.size and self.contacts.bodies.max() >= len(bodies):
+                raise RecordingError("contacts name a body that is not recorded")
         for name, value in (
             ("meta", meta),
             ("bodies", bodies),
@@ -245,6 +257,7 @@ class Recording:
             "meta": self.meta,
             "bodies": [asdict(body) for body in self.bodies],
             "signals": sorted(self.signals),
+            "contacts": self.contacts is not None,
         }
         arrays: dict[str, Any] = {
             "header": np.array(json.dumps(header, allow_nan=False)),
@@ -254,6 +267,8 @@ class Recording:
             "signal_time": self.signal_time,
         }
         arrays |= {_SIGNAL_PREFIX + name: self.signals[name] for name in header["signals"]}
+        if self.contacts is not None:
+            arrays |= {_CONTACT_PREFIX + name: getattr(self.contacts, name) for name in _CONTACT_ENTRIES}
         buffer = io.BytesIO()
         np.savez_compressed(buffer, **arrays)
         try:
@@ -285,11 +300,14 @@ class Recording:
         header = json.loads(str(arrays.pop("header"))) if "header" in arrays else None
         if not isinstance(header, dict) or header.get("format") != FORMAT:
             raise RecordingError(f"it does not carry the name {FORMAT!r}")
-        if header.get("version") != VERSION:
-            raise RecordingError(f"it has version {header.get('version')!r}; this program reads version {VERSION}")
+        if header.get("version") not in READABLE:
+            known = " and ".join(map(str, READABLE))
+            raise RecordingError(f"it has version {header.get('version')!r}; this program reads versions {known}")
         # A damaged directory loses entries without a word, so the header names the signals too.
         signals = {name: _SIGNAL_PREFIX + name for name in header["signals"]}
-        missing = {"frame_time", "body_position", "body_quaternion", "signal_time", *signals.values()} - arrays.keys()
+        contacts = {name: _CONTACT_PREFIX + name for name in _CONTACT_ENTRIES} if header.get("contacts") else {}
+        expected = {"frame_time", "body_position", "body_quaternion", "signal_time"}
+        missing = {*expected, *signals.values(), *contacts.values()} - arrays.keys()
         if missing:
             raise RecordingError(f"the entry {min(missing)!r} is missing")
         bodies = tuple(
@@ -304,6 +322,7 @@ class Recording:
             body_quaternion=arrays["body_quaternion"],
             signal_time=arrays["signal_time"],
             signals={name: arrays[entry] for name, entry in signals.items()},
+            contacts=Contacts(**{name: arrays[entry] for name, entry in contacts.items()}) if contacts else None,
         )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.recording import Body, Recording, Shape
 
 RADIUS = 0.028
@@ -146,6 +147,21 @@ def support_tracks(frames: int, corner: bool) -> list[tuple]:
     return [(body, np.zeros((frames, 3)), np.broadcast_to(IDENTITY, (frames, 4))) for body in bodies]
 
 
+def contacts(time: np.ndarray, tool: np.ndarray, bodies: list[Body]) -> Contacts:
+    """Return three contacts in each frame of the push: hand and ball, two balls, ball and table."""
+    names = [body.name for body in bodies]
+    ball, other = (names.index(f"light_sphere_{k:02d}") for k in (0, 1))
+    pairs = [[names.index("palm"), ball], [ball, other], [ball, names.index("table")]]
+    forces = [[-4.0, 0.0, 0.0], [-2.0, 0.0, 0.0], [0.0, 0.0, 0.6]]
+    pushing = (time >= PHASES[1][1]) & (time < PHASES[1][2])
+    return Contacts(
+        start=np.concatenate([[0], np.cumsum(3 * pushing)]),
+        bodies=np.tile(pairs, (pushing.sum(), 1)),
+        position=np.repeat(tool[pushing], 3, axis=0),
+        force=np.tile(forces, (pushing.sum(), 1)),
+    )
+
+
 def outcomes(success: bool) -> list[dict]:
     triggers = ("touch_force", "grasp_force" if success else "travel limit of 0.36 m", "closed", "lifted")
     peaks = (1.9, 17.3 if success else 11.2, 6.0, 4.1)
@@ -232,4 +248,5 @@ def synthetic(
         body_quaternion=np.stack([np.broadcast_to(turn, (frames, 4)) for _, _, turn in tracks], axis=1),
         signal_time=ticks,
         signals=signals,
+        contacts=contacts(time, tool, [body for body, _, _ in tracks]) if objects > 1 else None,
     )

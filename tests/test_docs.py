@@ -69,7 +69,7 @@ def test_some_commands_are_shown():
 
 @pytest.mark.parametrize("line", ["pilegrasp dance", "pilegrasp run spheres_wall --sed 0", "pilegrasp export a.npz"])
 def test_a_command_that_does_not_exist_is_found(line):
-    with pytest.raises(Exception, match=r"dance|--sed|output"):
+    with pytest.raises(Exception, match=r"dance|--sed|recordings"):
         parse(line)
 
 

@@ -24,7 +24,7 @@ LAYERS = {
         {"pinocchio"} | SOLVERS,
     ),
     "sim": ({"sim"}, {"base", "robots", "recording"}, {"mujoco", "mink"}),
-    "recording": ({"recording"}, {"base"}, set()),
+    "recording": ({"recording", "contacts"}, {"base"}, set()),
     "viewer": ({"viewer"}, {"base", "recording"}, {"meshcat"}),
     "episode": (
         {"episode", "order", "preparation", "recorder"},

@@ -12,6 +12,7 @@ import pytest
 from synthetic_recording import synthetic
 
 import pilegrasp_ctrl.recording as module
+from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.exceptions import RecordingError
 from pilegrasp_ctrl.recording import Body, Recording, Shape
 
@@ -49,11 +50,63 @@ def assert_equal(a: Recording, b: Recording) -> None:
         np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
     for name, signal in a.signals.items():
         np.testing.assert_array_equal(signal, b.signals[name])
+    assert (a.contacts is None) == (b.contacts is None)
+    for name in ("start", "bodies", "position", "force") if a.contacts and b.contacts else ():
+        np.testing.assert_array_equal(getattr(a.contacts, name), getattr(b.contacts, name))
+
+
+def touching(**changes):
+    """Two contacts in the second of two frames."""
+    arguments = {"start": [0, 0, 2], "bodies": [[0, 1], [0, 1]], "position": np.ones((2, 3)), "force": np.eye(3)[:2]}
+    return Contacts(**(arguments | changes))
 
 
 def test_a_recording_is_read_back_to_the_bit(attempt, tmp_path):
     attempt.save(tmp_path / "a.npz")
     assert_equal(attempt, Recording.load(tmp_path / "a.npz"))
+
+
+def test_contacts_are_read_back_and_belong_to_their_frame(tmp_path):
+    recording = small(contacts=touching())
+    recording.save(tmp_path / "a.npz")
+    again = Recording.load(tmp_path / "a.npz")
+    assert_equal(recording, again)
+    assert again.contacts.frames == 2
+    assert len(again.contacts.force[again.contacts.at(0)]) == 0
+    np.testing.assert_array_equal(again.contacts.force[again.contacts.at(1)], np.eye(3)[:2])
+    with pytest.raises(ValueError, match="read-only"):
+        again.contacts.force[0] = 1.0
+
+
+def test_a_recording_of_the_first_version_is_read_without_contacts(tmp_path):
+    write_header(tmp_path / "a.npz", version=1)
+    assert Recording.load(tmp_path / "a.npz").contacts is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"start": [1, 2]}, "begins at 0"),
+        ({"start": [0, 2, 1]}, "does not decrease"),
+        ({"start": []}, "begins at 0"),
+        ({"start": [0, 1]}, r"bodies has shape \(2, 2\); \(1, 2\) is expected"),
+        ({"bodies": [[0, -1], [0, 1]]}, "negative index"),
+        ({"bodies": [[0, 0.5], [0, 1]]}, "bodies holds a value that is not finite or not a whole number"),
+        ({"force": np.full((2, 3), np.nan)}, "force holds a value that is not finite"),
+        ({"position": np.full((2, 3), 1e300)}, "position holds a value that is not finite"),
+        ({"position": "far"}, "position is not an array of numbers"),
+    ],
+)
+def test_wrong_contacts_are_refused(changes, words):
+    with pytest.raises(RecordingError, match=words):
+        touching(**changes)
+
+
+def test_contacts_fit_their_recording():
+    with pytest.raises(RecordingError, match="contacts hold 1 frames; 2 are expected"):
+        small(contacts=touching(start=[0, 2]))
+    with pytest.raises(RecordingError, match="contacts name a body that is not recorded"):
+        small(contacts=touching(bodies=[[0, 1], [0, 2]]))
 
 
 def test_equal_recordings_give_equal_files(attempt, tmp_path):
@@ -70,7 +123,7 @@ def test_numpy_and_json_alone_read_the_file(attempt, tmp_path):
         header = json.loads(str(archive["header"]))
         assert archive["signal/push_force"].dtype == np.float32
         assert archive["body_position"].shape == (60, len(header["bodies"]), 3)
-    assert (header["format"], header["version"]) == ("pilegrasp-recording", 1)
+    assert (header["format"], header["version"]) == ("pilegrasp-recording", 2)
     assert header["meta"]["outcomes"][1]["trigger"] == "grasp_force"
     ball = next(body for body in header["bodies"] if body["role"] == "object")
     assert ball["shapes"][0]["kind"] == "sphere"
@@ -194,7 +247,7 @@ def write_header(path, **changes):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"version": 2}, "it has version 2; this program reads version 1"),
+        ({"version": 3}, "it has version 3; this program reads versions 1 and 2"),
         ({"version": None}, "it has version None"),
         ({"format": "other"}, "does not carry the name 'pilegrasp-recording'"),
         ({"bodies": [{"name": "a"}]}, "damaged"),
@@ -203,6 +256,7 @@ def write_header(path, **changes):
         ({"bodies": []}, "at least one body"),
         ({"meta": None}, "meta cannot be written"),
         ({"signals": ["push_force", "q"]}, "the entry 'signal/q' is missing"),
+        ({"contacts": True}, "the entry 'contact/bodies' is missing"),
     ],
 )
 def test_a_header_that_does_not_fit_is_refused(changes, words, tmp_path):

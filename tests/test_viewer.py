@@ -18,14 +18,15 @@ from meshcat.path import Path as NodePath
 from scipy.spatial.transform import Rotation, Slerp
 from synthetic_recording import synthetic
 
+from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.recording import Body, Recording, Shape
 from pilegrasp_ctrl.viewer import page, write_html
 from pilegrasp_ctrl.viewer.animation import angle_between, rotation_track, slerp, vector_track
 from pilegrasp_ctrl.viewer.camera import action_box, best_direction, directions
 from pilegrasp_ctrl.viewer.commands import commands, node_path, pack, unpack
+from pilegrasp_ctrl.viewer.lane import nice_ticks, thinned
 from pilegrasp_ctrl.viewer.overlays import direction_quaternions
-from pilegrasp_ctrl.viewer.plots import nice_ticks, thinned
 from pilegrasp_ctrl.viewer.shapes import PALETTE, body_object
 from pilegrasp_ctrl.viewer.summary import summarize
 
@@ -275,12 +276,13 @@ def test_the_arrow_has_the_forces_length_and_direction():
         },
     )
     moving = tracks(unpack(pack(commands(recording))))
-    length = moving["/Overlays/force/shaft"][".scale"][1][-1, 2] + moving["/Overlays/force/head"][".scale"][1][-1, 2]
+    root = "/Overlays/wrench/force"
+    length = moving[f"{root}/shaft"][".scale"][1][-1, 2] + moving[f"{root}/head"][".scale"][1][-1, 2]
     assert length == pytest.approx(0.10, abs=1e-3)
-    assert moving["/Overlays/force/shaft"][".scale"][1][0].max() < 1e-3
-    turn = Rotation.from_quat(moving["/Overlays/force"][".quaternion"][1][-1])
+    assert moving[f"{root}/shaft"][".scale"][1][0].max() < 1e-3
+    turn = Rotation.from_quat(moving[root][".quaternion"][1][-1])
     np.testing.assert_allclose(turn.apply([0.0, 0.0, 1.0]), (-1.0, 0.0, 0.0), atol=1e-6)
-    (place,) = [c for c in of_type(commands(recording), "set_property", "/Overlays/force") if c["value"][0] == 0.5]
+    (place,) = [c for c in of_type(commands(recording), "set_property", root) if c["value"][0] == 0.5]
     assert place["value"] == pytest.approx([0.5, 0.1, 0.2])
 
 
@@ -358,6 +360,29 @@ def test_a_page_of_sixty_bodies_is_small():
         assert len(page(recording).encode()) <= 1.2e6
 
 
+def test_a_page_of_ninety_objects_is_small():
+    assert len(page(synthetic(objects=90, frames=300, duration=10.0)).encode()) <= 3e6
+
+
+def test_a_page_of_five_minutes_is_small():
+    once = synthetic(objects=18, frames=300)
+    cycles = 3
+    begins = np.repeat(np.arange(cycles), 300) * (10.0 + 1 / 30)
+    recording = replace(
+        once,
+        contacts=Contacts(
+            np.concatenate([[0], np.cumsum(np.tile(np.diff(once.contacts.start), cycles))]),
+            *(np.tile(getattr(once.contacts, name), (cycles, 1)) for name in ("bodies", "position", "force")),
+        ),
+        frame_time=np.tile(once.frame_time, cycles) + begins,
+        body_position=np.tile(once.body_position, (cycles, 1, 1)),
+        body_quaternion=np.tile(once.body_quaternion, (cycles, 1, 1)),
+    )
+    short, long = (len(page(shown).encode()) for shown in (once, recording))
+    # What a cycle adds, thirty times; the signals are drawn with as many points whatever their length.
+    assert short + 29 * (long - short) / (cycles - 1) <= 6e6
+
+
 def test_the_page_asks_for_nothing(document):
     addresses = set(re.findall(r"\w+://[^\s\"'`)]+", document))
     # A namespace, and what meshcat's `connect` would open; nobody calls it, and the policy forbids it.
@@ -398,29 +423,83 @@ def test_the_head_says_what_happened_when_and_why():
     assert "spheres_wall seed 0 Failed push: travel limit of 0.36 m before 17 N, at 6.4 s" in words
     assert "failed: travel limit of 0.36 m 2.20–6.40 360 11.2" in words
     words = text_of(page(synthetic(frames=30)))
-    assert "Success: 2 objects held after 10.0 s" in words
+    assert "Success: 2 objects held after 10.0 s hand rbo_hand2 object light_sphere count 18" in words
     assert "push grasp force 2.20–6.40 360 17.3" in words
     assert "mujoco 4.0.0" in words
 
 
-def test_the_strip_has_bands_curves_and_the_threshold():
+def timeline_of(document):
+    return document[document.index('<figure class="timeline">') : document.index("</figure>")]
+
+
+def lane_of(document, title):
+    """The HTML of one lane of the timeline."""
+    (lane,) = [part for part in timeline_of(document).split('<div class="lane"')[1:] if f"<b>{title} [" in part]
+    return lane
+
+
+def curve_of(lane, style):
+    (points,) = re.findall(rf'class="{style}" points="([^"]+)"', lane)
+    return np.array([point.split(",") for point in points.split()], dtype=float)
+
+
+def test_the_timeline_has_bands_curves_and_the_threshold():
     document = page(synthetic(frames=30))
-    figure = document[document.index('<figure class="strip">') : document.index("</figure>")]
-    bands = re.findall(r'class="band (p\d)" style="left:([\d.]+)%;width:([\d.]+)%"', figure)
+    bands = re.findall(r'class="band (p\d)" style="left:([\d.]+)%;width:([\d.]+)%"', timeline_of(document))
     assert bands == [
         ("p0", "0.00", "22.00"),
         ("p1", "22.00", "42.00"),
         ("p2", "64.00", "12.00"),
         ("p3", "76.00", "24.00"),
     ]
-    points = [p.split(",") for p in re.search(r'class="c0" points="([^"]+)"', figure)[1].split()]
-    highest = min(points, key=lambda point: float(point[1]))
-    (line,) = re.findall(r'class="threshold" x1="0" x2="1000" y1="([\d.]+)"', figure)
+    lane = lane_of(document, "force")
+    curve = curve_of(lane, "c0")
+    highest = curve[np.argmin(curve[:, 1])]
+    (line,) = re.findall(r'class="threshold" x1="0" x2="1000" y1="([\d.]+)"', lane)
     # The push force passes 17 N shortly before 6.4 of 10 s and falls to zero there.
-    assert 620 < float(highest[0]) < 640
-    assert float(highest[1]) < float(line)
-    assert "F_grasp 17 N" in figure
-    assert figure.count('class="c1"') == 1
+    assert 620 < highest[0] < 640
+    assert highest[1] < float(line)
+    assert "F_grasp 17 N" in lane
+    assert len(curve_of(lane, "c1")) > 100
+
+
+def test_every_lane_shows_its_signal_in_its_unit():
+    document = page(synthetic(frames=30))
+    titles = re.findall(r'<p class="legend"><b>([^<]+)</b>', timeline_of(document))
+    assert titles == [
+        "force [N]",
+        "tracking error [mm]",
+        "joint torques, of their limits [%]",
+        "closure [%]",
+        "orientation error [°]",
+    ]
+    torques = lane_of(document, "joint torques, of their limits")
+    heights = {f"j{k}": curve_of(torques, f"j{k}")[:, 1] for k in range(7)}
+    # 0.2 + 0.1 sin: every joint passes 10 % and 30 % of a lane that reaches from 0 to 100 %.
+    for height in heights.values():
+        assert np.ptp(height) == pytest.approx(20.0 * 44.0 / 56.0, abs=1.0)
+    closure = curve_of(lane_of(document, "closure"), "c0")
+    assert closure[0, 1] - closure[-1, 1] == pytest.approx(100.0 * 24.0 / 36.0, abs=1.0)
+    error = curve_of(lane_of(document, "tracking error"), "c0")
+    assert np.ptp(error[:, 1]) == pytest.approx(100.0 * 32.0 / 44.0, abs=1.0)
+
+
+def test_the_timeline_marks_the_events():
+    saturated = np.zeros(1000)
+    saturated[731:] = 1.0
+    plain = synthetic(success=True, frames=30, motion={"separated": {"object": "light_sphere_01", "time": 4.5}})
+    plain = replace(plain, signals=dict(plain.signals) | {"sensor_saturated": saturated})
+    marks = re.findall(r'<i class="mark (\w+)" style="left:([\d.]+)%" title="([^"]+)"', page(plain))
+    assert marks == [
+        ("end", "22.00", "2.20 s: approach: touch force"),
+        ("separation", "45.00", "4.50 s: light_sphere_01 separates from the pile"),
+        ("end", "64.00", "6.40 s: push: grasp force"),
+        ("saturation", "73.10", "7.31 s: the wrist sensor is at its range"),
+        ("end", "76.00", "7.60 s: grasp: closed"),
+        ("end", "100.00", "10.00 s: lift: lifted"),
+    ]
+    failed = page(synthetic(success=False, frames=30))
+    assert '<i class="mark failure" style="left:100.00%" title="6.40 s: push: travel limit of 0.36 m"' in failed
 
 
 def flat(force, **config):
@@ -434,18 +513,10 @@ def flat(force, **config):
     )
 
 
-def test_the_sensors_noise_does_not_fill_the_strip():
-    heights = {}
-    for force in (0.05, 40.0):
-        curve = re.search(r'class="c0" points="([^"]+)"', page(flat(force)))[1].split()
-        heights[force] = np.ptp([float(point.split(",")[1]) for point in curve])
+def test_the_sensors_noise_does_not_fill_the_lane():
+    heights = {force: np.ptp(curve_of(lane_of(page(flat(force)), "force"), "c0")[:, 1]) for force in (0.05, 40.0)}
     assert heights[0.05] < 6.0
     assert heights[40.0] > 80.0
-
-
-def test_a_line_in_free_space_shows_how_well_it_was_followed():
-    assert '<details id="controller" open>' in page(flat(0.1, program="line"))
-    assert '<details id="controller" >' in page(flat(0.1, program="grasp", strategy={"grasp_force": 17.0}))
 
 
 def test_a_failed_primitive_is_marked():
@@ -463,6 +534,9 @@ def test_thinning_a_signal_keeps_its_peak():
     assert (np.diff(short_time) > 0.0).all()
     assert short_value.max() == 80.0
     assert short_time[np.argmax(short_value)] == time[3217]
+    few_time, few_value = thinned(time, value, 0.02)
+    assert len(few_time) < 60
+    assert np.abs(np.interp(short_time, few_time, few_value) - short_value).max() <= 0.02
 
 
 def test_ticks_are_round_numbers():
@@ -501,7 +575,7 @@ def test_hostile_meta_and_names_stay_text():
     document = page(replace(plain, meta=GARBLED, bodies=bodies))
     start = document.split("<script>")[0]
     assert "<img" not in start
-    assert document.count("</script>") == 4
+    assert document.count("</script>") == 5
     assert "&lt;img src=x" in start
     json.loads(re.search(r'id="page-data">(.*?)</script>', document, flags=re.DOTALL)[1])
     paths = [c["path"] for c in of_type(commands(replace(plain, bodies=bodies)), "set_transform")]

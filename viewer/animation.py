@@ -13,6 +13,13 @@ from numpy.typing import NDArray
 POSITION_TOLERANCE = 2e-4
 ROTATION_TOLERANCE = np.deg2rad(0.5)
 
+GRAIN = 2.0**-15
+"""Values are rounded to multiples of this, which compress to half their size [m, 1]."""
+
+_ROUNDING = 0.5 * np.sqrt(3.0) * GRAIN
+_TURNING = 2.0 * GRAIN
+"""What rounding adds to the error of a position [m] and of an orientation [rad]: half a grain in each number."""
+
 # meshcat's decoder turns this MessagePack extension into a Float32Array (meshcat.geometry.threejs_type).
 _FLOAT32 = 0x17
 
@@ -39,7 +46,7 @@ class Track:
             "name": f".{self.property}",
             "type": self.kind,
             "times": packed(self.times),
-            "values": packed(self.values),
+            "values": packed(np.round(self.values.astype(np.float64) / GRAIN) * GRAIN),
         }
 
 
@@ -70,8 +77,11 @@ def angle_between(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.float64]:
     return 4.0 * np.arcsin(np.minimum(chord / 2.0, 1.0))
 
 
-def _thin(count: int, error: Callable[[int, int], NDArray[np.float64]], tolerance: float) -> NDArray[np.intp]:
-    """Ramer-Douglas-Peucker: split where the interpolation errs most, until every segment holds the tolerance."""
+def thin(count: int, error: Callable[[int, int], NDArray[np.float64]], tolerance: float) -> NDArray[np.intp]:
+    """Return the indices that stay of `count`, given the errors between two of them.
+
+    Ramer-Douglas-Peucker: split where the interpolation errs most, until every segment holds the tolerance.
+    """
     kept = {0, count - 1}
     segments = [(0, count - 1)]
     while segments:
@@ -105,7 +115,7 @@ def vector_track(name: str, times: Array, values: Array, tolerance: float) -> Tr
         fraction = _fraction(t, first, last)
         return np.linalg.norm(x[first] + fraction[:, None] * (x[last] - x[first]) - x[first + 1 : last], axis=1)
 
-    kept = _thin(len(t), error, tolerance)
+    kept = thin(len(t), error, tolerance)
     return Track(name, "vector3", times[kept], values[kept])
 
 
@@ -123,7 +133,7 @@ def rotation_track(times: Array, quaternions: Array, tolerance: float) -> Track 
         fraction = _fraction(t, first, last)
         return angle_between(slerp(q[first], q[last], fraction), q[first + 1 : last])
 
-    kept = _thin(len(t), error, tolerance)
+    kept = thin(len(t), error, tolerance)
     return Track("quaternion", "quaternion", times[kept], quaternions[kept][:, [1, 2, 3, 0]])
 
 
@@ -135,7 +145,7 @@ def pose_tracks(times: Array, position: Array, quaternion: Array, reach: float) 
     """
     angle = min(ROTATION_TOLERANCE, 2.0 * POSITION_TOLERANCE / max(reach, 1e-9))
     tracks = (
-        vector_track("position", times, position, POSITION_TOLERANCE),
-        rotation_track(times, quaternion, angle),
+        vector_track("position", times, position, POSITION_TOLERANCE - _ROUNDING),
+        rotation_track(times, quaternion, max(angle - _TURNING, 0.1 * angle)),
     )
     return [track for track in tracks if track is not None]

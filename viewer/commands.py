@@ -12,7 +12,7 @@ import umsgpack
 
 from pilegrasp_ctrl.recording import Body, Recording
 from pilegrasp_ctrl.viewer.animation import clip, pose_tracks
-from pilegrasp_ctrl.viewer.overlays import force_arrow, tool_line
+from pilegrasp_ctrl.viewer.overlays import tool_paths, wrist_wrench
 from pilegrasp_ctrl.viewer.shapes import body_object, column_major, object_colors, quaternion_matrix
 
 FOLDERS = {"arm": "Arm", "hand": "Hand", "object": "Objects", "support": "Support", "sensor": "Sensor"}
@@ -68,8 +68,8 @@ def commands(recording: Recording) -> list[dict[str, Any]]:
         tracks = pose_tracks(times, position, quaternion, reach(body))
         if tracks:
             clips.append(clip(path, tracks, duration))
-    arrow, arrow_tracks = force_arrow(recording, times)
-    stream += arrow + tool_line(recording)
+    arrows, arrow_tracks = wrist_wrench(recording, times)
+    stream += arrows + tool_paths(recording)
     clips += [clip(path, tracks, duration) for path, tracks in arrow_tracks.items() if tracks]
     if clips:
         stream.append({"type": "set_animation", "path": "", "animations": clips, "options": {"play": False}})

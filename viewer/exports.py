@@ -30,23 +30,32 @@ def require_programs(path: str | os.PathLike[str]) -> None:
 
 
 def write(
-    recording: Recording, path: str | os.PathLike[str], *, speed: float = 1.0, progress: Progress | None = None
+    recording: Recording,
+    path: str | os.PathLike[str],
+    *,
+    beside: Recording | None = None,
+    speed: float = 1.0,
+    progress: Progress | None = None,
 ) -> None:
     """Write a recording to a file: page (.html), contact sheet (.png) or movie (.gif, .mp4), all of it or nothing.
 
     Args:
         recording: what to show.
         path: of the file; what it holds afterwards follows from its suffix.
+        beside: a second recording that the page shows beside the first, on the same clock.
         speed: of a movie, in times real time.
         progress: called with the number of pictures that are done and the number of all.
 
     Raises:
-        ExportError: where the suffix is another, a program that the file needs is missing, or the place cannot be
-            written.
+        ExportError: where the suffix is another or does not go with `beside`, a program that the file needs is missing,
+            or the place cannot be written.
     """
-    match Path(path).suffix:
+    suffix = Path(path).suffix
+    if beside is not None and suffix != ".html":
+        raise ExportError(f"{path}: two recordings stand side by side on a page only; give a name that ends in .html")
+    match suffix:
         case ".html":
-            write_html(recording, path)
+            write_html(recording, path, beside)
         case ".png":
             write_png(recording, path, progress)
         case ".gif":

@@ -7,19 +7,21 @@ import hashlib
 import importlib.util
 import json
 import os
+import zlib
 from html import escape
 from pathlib import Path
 from string import Template
 from typing import Any
 
-import numpy as np
-
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.recording import Recording, write_atomically
-from pilegrasp_ctrl.viewer.camera import view
 from pilegrasp_ctrl.viewer.commands import commands, pack
-from pilegrasp_ctrl.viewer.plots import controller_strips, force_strip, scalar_signal, styles
-from pilegrasp_ctrl.viewer.summary import Phase, Summary, plain, summarize, text
+from pilegrasp_ctrl.viewer.contact_block import contact_block
+from pilegrasp_ctrl.viewer.panel import panel_data, panel_html
+from pilegrasp_ctrl.viewer.summary import Summary, summarize
+
+MOST_FRAMES = 50_000
+"""28 minutes at 30 Hz; the browser would not open what is much longer."""
 
 _HERE = Path(__file__).parent
 
@@ -55,53 +57,35 @@ def _json(value: Any) -> str:
     return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
-def _live(recording: Recording, summary: Summary) -> dict[str, Any]:
-    """Return what the page's script needs: clock, camera, force at each frame, phases."""
-    start, end = float(recording.frame_time[0]), float(recording.frame_time[-1])
-    force = scalar_signal(recording, "push_force")
-    times = recording.frame_time
-    return {
-        "start": start,
-        "end": end,
-        "view": view(recording),
-        "frameTime": np.round(times, 4).tolist(),
-        "force": None if force is None else np.round(np.interp(times, recording.signal_time, force), 2).tolist(),
-        "phases": [{"name": p.name, "start": p.start, "end": p.end} for p in summary.phases],
-    }
+def _block(name: str, content: bytes) -> str:
+    """Return bytes, compressed, as an element that is no program."""
+    encoded = base64.b64encode(zlib.compress(content, 9)).decode()
+    return f'<script type="application/octet-stream" class="{name}">{encoded}</script>'
 
 
-def _quantity(value: float | None, scale: float, pattern: str) -> str:
-    return "–" if value is None else format(scale * value, pattern)
-
-
-def _row(phase: Phase, style: str) -> str:
-    cause = escape(plain(phase.trigger)) or "–"
-    return (
-        f'<tr class="{"failed" if phase.failed else ""}"><th scope="row">'
-        f'<button type="button" data-seek="{phase.start:.4f}"><i class="chip {style}"></i>'
-        f"{escape(phase.name)}</button></th>"
-        f"<td>{'failed: ' if phase.failed else ''}{cause}</td><td>{phase.start:.2f}–{phase.end:.2f}</td>"
-        f"<td>{_quantity(phase.travel, 1e3, '.0f')}</td><td>{_quantity(phase.peak_force, 1.0, '.1f')}</td></tr>"
-    )
-
-
-def _pairs(pairs: tuple[tuple[str, str], ...]) -> str:
-    return "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in pairs)
-
-
-def page(recording: Recording) -> str:
+def page(recording: Recording, beside: Recording | None = None) -> str:
     """Return the recording as one HTML document that loads nothing from anywhere.
 
-    Equal recordings give equal pages. The document's own policy forbids every request and every script but its three.
+    A second recording stands beside the first, on the same clock. Equal recordings give equal pages. The document's own
+    policy forbids every request and every script but its two.
 
     Raises:
-        ExportError: where meshcat's viewer is missing.
+        ExportError: where meshcat's viewer is missing or a recording is too long for a page.
     """
-    summary = summarize(recording.meta)
-    scripts = (viewer_script(), own_script("stage.js", "page.js"))
+    recordings = (recording,) if beside is None else (recording, beside)
+    for shown in recordings:
+        if shown.frame_time.size > MOST_FRAMES:
+            raise ExportError(
+                f"the recording holds {shown.frame_time.size} frames, and a page plays {MOST_FRAMES} at most; "
+                "record an attempt that is shorter"
+            )
+    summaries = [summarize(shown.meta) for shown in recordings]
+    window = (
+        min(float(shown.frame_time[0]) for shown in recordings),
+        max(float(shown.frame_time[-1]) for shown in recordings),
+    )
+    scripts = (viewer_script(), own_script("stage.js", "tubes.js", "overlays.js", "panel.js", "page.js"))
     hashes = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
-    rows = "".join(_row(phase, style) for phase, style in zip(summary.phases, styles(summary.phases), strict=True))
-    state = {True: "success", False: "failure", None: "unknown"}[summary.success]
     return Template((_HERE / "page.html").read_text(encoding="utf-8")).substitute(
         policy="; ".join(
             (
@@ -111,36 +95,33 @@ def page(recording: Recording) -> str:
                 "img-src data: blob:",
             )
         ),
-        title=escape(f"{summary.scenario}{f', seed {summary.seed}' if summary.seed else ''}: {summary.verdict}"),
+        title=escape(" | ".join(map(_title, summaries))),
         style=(_HERE / "page.css").read_text(encoding="utf-8"),
-        scenario=escape(summary.scenario),
-        seed=escape(f"seed {summary.seed}" if summary.seed else ""),
-        state=state,
-        verdict=escape(summary.verdict),
-        reason=escape(summary.reason),
-        strip=force_strip(recording, summary.phases, summary.grasp_force),
-        rows=rows or '<tr><td colspan="5">No primitives were recorded.</td></tr>',
-        facts=_pairs(summary.facts),
-        controller=controller_strips(recording, summary.phases) or "<p>No controller signals were recorded.</p>",
-        # Where no force ends the motion, how well it was followed is what there is to see.
-        open="open" if summary.grasp_force is None else "",
-        versions=_pairs(summary.versions),
-        config=escape(text(json.dumps(recording.meta.get("config"), indent=1, ensure_ascii=False), 20000)),
-        config_hash=escape(text(recording.meta.get("config_hash"), 80) or "unknown"),
-        data=_json(_live(recording, summary)),
-        commands=base64.b64encode(pack(commands(recording))).decode(),
+        kind="single" if beside is None else "pair",
+        panels="".join(
+            panel_html(shown, summary, window, with_help=shown is recordings[-1])
+            for shown, summary in zip(recordings, summaries, strict=True)
+        ),
+        data=_json([panel_data(shown, summary) for shown, summary in zip(recordings, summaries, strict=True)]),
+        blocks="".join(
+            _block("commands", pack(commands(shown))) + _block("contacts", contact_block(shown)) for shown in recordings
+        ),
         viewer=scripts[0],
         script=scripts[1],
     )
 
 
-def write_html(recording: Recording, path: str | os.PathLike[str]) -> None:
-    """Write `page(recording)` to a file, all of it or nothing.
+def _title(summary: Summary) -> str:
+    return f"{summary.scenario}{f', seed {summary.seed}' if summary.seed else ''}: {summary.verdict}"
+
+
+def write_html(recording: Recording, path: str | os.PathLike[str], beside: Recording | None = None) -> None:
+    """Write `page(recording, beside)` to a file, all of it or nothing.
 
     Raises:
-        ExportError: where the place cannot be written or meshcat's viewer is missing.
+        ExportError: where the place cannot be written, meshcat's viewer is missing or a recording is too long.
     """
-    content = page(recording).encode("utf-8", errors="replace")
+    content = page(recording, beside).encode("utf-8", errors="replace")
     try:
         write_atomically(Path(path), content)
     except (OSError, ValueError) as error:

@@ -5,6 +5,7 @@ window.live = (() => {
   let view = null;
   let movedByHand = false;
   let ended = false;
+  let bend = () => {};
   const viewer = stage.open(element("pane"), () => view && !movedByHand && stage.frame(viewer, view));
   viewer.set_3d_pane_size();
   viewer.controls.addEventListener("start", () => (movedByHand = true));
@@ -19,10 +20,12 @@ window.live = (() => {
     if (message.view) {
       view = message.view;
       stage.light(viewer, view);
+      bend = makeTubes(viewer, message.tubes);
       viewer.set_3d_pane_size();
     }
     if (message.now !== undefined) {
       element("now").textContent = message.now;
+      bend();
       tell("Running");
     }
     if (message.verdict !== undefined) {

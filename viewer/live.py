@@ -25,6 +25,7 @@ from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.recording import Body, Recording
 from pilegrasp_ctrl.viewer.camera import view
 from pilegrasp_ctrl.viewer.commands import commands, node_path, pack
+from pilegrasp_ctrl.viewer.fingers import tubes
 from pilegrasp_ctrl.viewer.html import own_script, viewer_script
 from pilegrasp_ctrl.viewer.live_server import Audience, application
 from pilegrasp_ctrl.viewer.shapes import column_major, quaternion_matrix
@@ -64,7 +65,7 @@ class LiveView:
         files = {
             "": ("text/html", _page(title)),
             "meshcat.js": ("text/javascript", viewer_script()),
-            "live.js": ("text/javascript", own_script("stage.js", "live.js")),
+            "live.js": ("text/javascript", own_script("stage.js", "tubes.js", "live.js")),
         }
         sockets = _bind()
         self.url = f"http://{LOOPBACK}:{sockets[0].getsockname()[1]}/"
@@ -134,7 +135,7 @@ class LiveView:
         # Where hand and objects will go is not known yet.
         box["low"], box["high"] = [np.add(box[key], side * ROOM).tolist() for key, side in (("low", -1), ("high", 1))]
         self._paths = [node_path(index, body) for index, body in enumerate(bodies)]
-        self._tell(self._audience.scene, pack(commands(still)), _text(view=box))
+        self._tell(self._audience.scene, pack(commands(still)), _text(view=box, tubes=tubes(still, self._paths)))
         self._audience.present.wait(max(0.0, self._deadline - time.monotonic()))
 
     def finish(self, verdict: str, reason: str = "", success: bool | None = None) -> None:

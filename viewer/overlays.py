@@ -12,8 +12,9 @@ from pilegrasp_ctrl.viewer.animation import Track, packed, pose_tracks, vector_t
 from pilegrasp_ctrl.viewer.shapes import column_major, group, material
 
 METERS_PER_NEWTON = 0.01
-ARROW_COLOR = 0xD62728
-PATH_COLOR = 0x1F77B4
+METERS_PER_NEWTON_METER = 0.1
+FORCE_COLOR, MOMENT_COLOR = 0xD62728, 0x8E24AA
+TOOL_COLOR, REFERENCE_COLOR = 0x1F77B4, 0x111111
 
 _SHAFT_RADIUS = 0.006
 _HEAD_LENGTH = 0.04
@@ -46,9 +47,9 @@ def direction_quaternions(vectors: NDArray[np.float64]) -> NDArray[np.float32]:
     return (quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)).astype(np.float32)
 
 
-def _arrow_parts() -> tuple[dict[str, Any], dict[str, Any]]:
+def _arrow_parts(color: int) -> tuple[dict[str, Any], dict[str, Any]]:
     # Drawn over everything, as the hand would hide it.
-    look = material("m0", ARROW_COLOR, type="MeshBasicMaterial", depthTest=False, transparent=True, opacity=0.9)
+    look = material("m0", color, type="MeshBasicMaterial", depthTest=False, transparent=True, opacity=0.9)
     upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
     def part(geometry: dict[str, Any], height: float) -> dict[str, Any]:
@@ -66,35 +67,30 @@ def _arrow_parts() -> tuple[dict[str, Any], dict[str, Any]]:
     return part(shaft, 0.5), part(head, 0.5)
 
 
-def force_arrow(
-    recording: Recording, times: NDArray[np.float32]
-) -> tuple[list[dict[str, Any]], dict[str, list[Track]]]:
-    """Return commands and tracks of an arrow at the tool that shows the force on the hand; nothing without a wrench.
+Drawing = tuple[list[dict[str, Any]], dict[str, list[Track]]]
+"""Commands that draw something, and the tracks that move it."""
 
-    The arrow starts at the tool and points where the environment pushes the hand, 1 cm for a newton.
-    """
-    force, tool = at_frames(recording, "wrench", 3), at_frames(recording, "tool_position", 3)
-    if force is None or tool is None:
-        return [], {}
-    length = np.clip(np.linalg.norm(force, axis=1) * METERS_PER_NEWTON, _HIDDEN, _LONGEST)
+
+def _arrow(
+    root: str, times: NDArray[np.float32], origin: NDArray[np.float64], vectors: NDArray[np.float64], color: int
+) -> Drawing:
+    """Return an arrow along the vectors (F, 3) [m] from the origins (F, 3) [m]; a long one is cut."""
+    length = np.clip(np.linalg.norm(vectors, axis=1), _HIDDEN, _LONGEST)
     head = np.minimum(_HEAD_LENGTH, length / 2)
     width = np.minimum(_SHAFT_RADIUS, length / 6)
     shaft = np.stack([width, width, length - head], axis=1).astype(np.float32)
     place = np.stack([np.zeros_like(head), np.zeros_like(head), length - head], axis=1).astype(np.float32)
     size = np.repeat(head[:, None], 3, axis=1).astype(np.float32)
+    turn = direction_quaternions(vectors / METERS_PER_NEWTON)
 
-    turn = direction_quaternions(force)
-
-    root = "/Overlays/force"
-    parts = _arrow_parts()
     objects = [
         {"type": "set_object", "path": f"{root}/{name}", "object": part}
-        for name, part in zip(("shaft", "head"), parts, strict=True)
+        for name, part in zip(("shaft", "head"), _arrow_parts(color), strict=True)
     ]
     starts = [
         {"type": "set_property", "path": path, "property": name, "value": [float(x) for x in value]}
         for path, name, value in (
-            (root, "position", tool[0]),
+            (root, "position", origin[0]),
             (root, "quaternion", turn[0][[1, 2, 3, 0]]),
             (f"{root}/shaft", "scale", shaft[0]),
             (f"{root}/head", "scale", size[0]),
@@ -103,7 +99,7 @@ def force_arrow(
     ]
     millimeter = 1e-3
     tracks: dict[str, list[Track | None]] = {
-        root: [*pose_tracks(times, tool.astype(np.float32), turn, reach=0.02)],
+        root: [*pose_tracks(times, origin.astype(np.float32), turn, reach=0.02)],
         f"{root}/shaft": [vector_track("scale", times, shaft, millimeter)],
         f"{root}/head": [
             vector_track("position", times, place, millimeter),
@@ -113,28 +109,54 @@ def force_arrow(
     return objects + starts, {path: [t for t in some if t is not None] for path, some in tracks.items()}
 
 
-def tool_line(recording: Recording) -> list[dict[str, Any]]:
-    """Return the command that draws the tool's way; nothing where the recording lacks it."""
-    tool = at_frames(recording, "tool_position", 3)
-    if tool is None:
-        return []
-    track = vector_track("position", recording.frame_time.astype(np.float32), tool.astype(np.float32), 5e-4)
-    if track is None:
-        return []
-    geometry = {
-        "uuid": "g0",
-        "type": "BufferGeometry",
-        "data": {
-            "attributes": {
-                "position": {
-                    "itemSize": 3,
-                    "type": "Float32Array",
-                    "array": packed(track.values),
-                    "normalized": False,
-                }
-            }
-        },
-    }
-    look = {"uuid": "m0", "type": "LineBasicMaterial", "color": PATH_COLOR}
-    line = {"type": "Line", "geometry": "g0", "material": "m0"}
-    return [{"type": "set_object", "path": "/Overlays/tool path", "object": group([line], [geometry], [look])}]
+def wrist_wrench(recording: Recording, times: NDArray[np.float32]) -> Drawing:
+    """Return two arrows at the wrist sensor: the force and the moment on the hand; nothing without a wrench.
+
+    They point where the environment pushes the hand, 1 cm for a newton, and along the axis about which it turns it,
+    10 cm for a newton metre. A recording without a sensor's body has them at the tool.
+    """
+    wrench = at_frames(recording, "wrench", 6)
+    sensors = [index for index, body in enumerate(recording.bodies) if body.role == "sensor"]
+    origin = (
+        recording.body_position[:, sensors[0]].astype(np.float64)
+        if sensors
+        else at_frames(recording, "tool_position", 3)
+    )
+    if wrench is None or origin is None:
+        return [], {}
+    drawn: list[dict[str, Any]] = []
+    tracks: dict[str, list[Track]] = {}
+    for name, part, scale, color in (
+        ("force", wrench[:, :3], METERS_PER_NEWTON, FORCE_COLOR),
+        ("moment", wrench[:, 3:], METERS_PER_NEWTON_METER, MOMENT_COLOR),
+    ):
+        commands, moving = _arrow(f"/Overlays/wrench/{name}", times, origin, scale * part, color)
+        drawn += commands
+        tracks |= moving
+    return drawn, tracks
+
+
+def tool_paths(recording: Recording) -> list[dict[str, Any]]:
+    """Return the commands that draw the tool's way and the reference's; what the recording lacks is left out."""
+    drawn = []
+    for name, signal, color in (
+        ("reference", "reference_position", REFERENCE_COLOR),
+        ("tool", "tool_position", TOOL_COLOR),
+    ):
+        path = at_frames(recording, signal, 3)
+        track = (
+            None
+            if path is None
+            else vector_track("position", recording.frame_time.astype(np.float32), path.astype(np.float32), 2e-4)
+        )
+        if track is not None:
+            geometry = {"uuid": "g0", "type": "BufferGeometry", "data": {"attributes": {"position": _points(track)}}}
+            look = {"uuid": "m0", "type": "LineBasicMaterial", "color": color}
+            line = {"type": "Line", "geometry": "g0", "material": "m0"}
+            document = group([line], [geometry], [look])
+            drawn.append({"type": "set_object", "path": f"/Overlays/paths/{name}", "object": document})
+    return drawn
+
+
+def _points(track: Track) -> dict[str, Any]:
+    return {"itemSize": 3, "type": "Float32Array", "array": packed(track.values), "normalized": False}

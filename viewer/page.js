@@ -1,98 +1,113 @@
 "use strict";
-// The page's script: feeds meshcat's viewer, and ties the strips' cursors to its clock.
+// The page's script: one clock for all panels, and what moves it.
 window.pilegrasp = (() => {
   const element = (id) => document.getElementById(id);
-  const data = JSON.parse(element("page-data").textContent);
-  const span = data.end - data.start;
-  let viewer = null;
-  let movedByHand = false;
-  let shown = null;
+  const blocks = ["commands", "contacts"].map((name) => [...document.querySelectorAll(`script.${name}`)].map((block) => block.textContent));
+  const panels = JSON.parse(element("page-data").textContent).map((data, index) =>
+    makePanel(document.querySelectorAll(".panel")[index], data, blocks.map((texts) => texts[index])),
+  );
+  const start = Math.min(...panels.map(({ data }) => data.start));
+  const end = Math.max(...panels.map(({ data }) => data.end));
+  const api = { panels, viewer: null, overlays: {} };
+  let now = start;
+  let playing = false;
+  let before = null;
 
-  function frame() {
-    stage.frame(viewer, data.view);
-    movedByHand = false;
+  function show(moment) {
+    now = Math.max(start, Math.min(end, moment));
+    for (const panel of panels) panel.show(now);
+    element("scrub").value = end > start ? (now - start) / (end - start) : 0;
+    element("clock").textContent = `${now.toFixed(2)} / ${end.toFixed(1)} s`;
   }
-
-  function open() {
-    viewer = stage.open(element("pane"), () => movedByHand || frame());
-    stage.obey(viewer, Uint8Array.from(atob(element("commands").textContent.trim()), (letter) => letter.charCodeAt(0)));
-    // A page that was hidden, or is slow, goes on where it was instead of skipping to the end.
-    const clock = viewer.animator.clock;
-    const elapsed = clock.getDelta.bind(clock);
-    clock.getDelta = () => Math.min(elapsed(), 0.1);
-    stage.light(viewer, data.view);
-    viewer.set_3d_pane_size();
-    viewer.controls.addEventListener("start", () => (movedByHand = true));
-  }
-
-  const time = () => data.start + (viewer ? Math.min(viewer.animator.time, span) : (shown ?? span));
-  const playing = () => viewer !== null && viewer.animator.playing;
 
   function seek(moment) {
-    const elapsed = Math.max(0, Math.min(span, moment - data.start));
-    if (viewer) {
-      viewer.animator.seek(elapsed);
-      viewer.animator.display_progress(elapsed);
-    }
-    refresh(data.start + elapsed);
+    show(moment);
   }
 
   function play() {
-    if (!viewer || !(span > 0)) return;
-    if (viewer.animator.time >= span - 1e-3) viewer.animator.reset();
-    viewer.animator.play();
+    if (!api.viewer || !(end > start)) return;
+    if (now >= end - 1e-3) show(start);
+    before = null;
+    playing = true;
   }
 
   function pause() {
-    if (playing()) viewer.animator.pause();
+    playing = false;
   }
 
-  function forceAt(moment) {
-    if (!data.force) return "";
-    const after = data.frameTime.findIndex((t) => t >= moment);
-    const force = data.force[after < 0 ? data.force.length - 1 : after].toFixed(1);
-    return ` · push force ${force.replace("-", "−").replace("−0.0", "0.0")} N`;
+  const toggle = () => (playing ? pause() : play());
+
+  // The frames of the first panel; a second one may have others.
+  function step(frames) {
+    const times = panels[0].data.frameTime;
+    const at = lastFrame(times, now);
+    pause();
+    seek(times[Math.max(0, Math.min(times.length - 1, frames < 0 && times[at] < now - 1e-6 ? at + frames + 1 : at + frames))]);
   }
 
-  const plots = [...document.querySelectorAll(".plot")].map((plot) => ({
-    plot,
-    cursor: plot.querySelector(".cursor"),
-    start: Number(plot.dataset.start),
-    end: Number(plot.dataset.end),
-  }));
-  const rows = [...document.querySelectorAll("tbody tr")];
-
-  function refresh(moment) {
-    shown = moment;
-    for (const { cursor, start, end } of plots) {
-      cursor.style.left = `${(100 * (moment - start)) / (end - start)}%`;
-    }
-    plots[0].plot.setAttribute("aria-valuenow", moment.toFixed(2));
-    const inside = (phase) => moment >= phase.start && moment < phase.end;
-    const phase = data.phases.find(inside);
-    data.phases.forEach((candidate, index) => rows[index].classList.toggle("now", inside(candidate)));
-    element("now").textContent = `${moment.toFixed(2)} s${phase ? ` · ${phase.name}` : ""}${forceAt(moment)}`;
-  }
-
-  function tick() {
+  function tick(stamp) {
     requestAnimationFrame(tick);
-    if (viewer && time() !== shown) refresh(time());
-    const ended = viewer && viewer.animator.time >= span - 1e-3;
-    const label = playing() ? "Pause" : ended ? "Replay" : "Play";
+    if (playing) {
+      // A page that was hidden, or is slow, goes on where it was instead of skipping to the end.
+      const elapsed = before === null ? 0 : Math.min((stamp - before) / 1000, 0.1);
+      before = stamp;
+      show(now + elapsed * Number(element("speed").value));
+      if (now >= end) pause();
+    }
+    const label = playing ? "Pause" : api.viewer && now >= end - 1e-3 ? "Replay" : "Play";
     if (element("play").textContent !== label) element("play").textContent = label;
   }
 
+  function faster(places) {
+    const speed = element("speed");
+    speed.selectedIndex = Math.max(0, Math.min(speed.length - 1, speed.selectedIndex + places));
+  }
+
+  function switchOverlays() {
+    for (const box of document.querySelectorAll("[data-overlay]")) {
+      const found = panels.map(({ overlays }) => overlays[box.dataset.overlay]).filter(Boolean);
+      box.parentElement.hidden = !found.length;
+      for (const overlay of found) overlay.show(box.checked);
+    }
+    show(now);
+  }
+
+  function keys(event) {
+    if (event.target.closest("select, summary, .dg") || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.target.closest("button, input[type=checkbox]") && [" ", "Enter"].includes(event.key)) return;
+    const far = event.shiftKey ? 1 : 0;
+    const boxes = document.querySelectorAll("[data-overlay]");
+    const actions = {
+      " ": toggle,
+      ArrowLeft: () => (far ? (pause(), seek(now - far)) : step(-1)),
+      ArrowRight: () => (far ? (pause(), seek(now + far)) : step(1)),
+      Home: () => (pause(), seek(start)),
+      End: () => (pause(), seek(end)),
+      "+": () => faster(1),
+      "-": () => faster(-1),
+      r: () => element("reframe").click(),
+      t: () => element("above").click(),
+    };
+    const box = boxes[Number(event.key) - 1];
+    if (box && !box.parentElement.hidden) box.click();
+    else if (actions[event.key]) actions[event.key]();
+    else return;
+    event.preventDefault();
+  }
+
   function listen() {
-    element("play").addEventListener("click", () => (playing() ? pause() : play()));
-    element("reframe").addEventListener("click", () => viewer && frame());
-    element("speed").addEventListener("change", (event) => {
-      if (viewer) viewer.animator.mixer.timeScale = Number(event.target.value);
-    });
-    for (const { plot, start, end } of plots) {
+    element("play").addEventListener("click", toggle);
+    element("back").addEventListener("click", () => step(-1));
+    element("forth").addEventListener("click", () => step(1));
+    element("reframe").addEventListener("click", () => panels.forEach((panel) => panel.viewer && panel.frame()));
+    element("above").addEventListener("click", () => panels.forEach((panel) => panel.viewer && panel.frame(true)));
+    element("scrub").addEventListener("input", (event) => (pause(), seek(start + Number(event.target.value) * (end - start))));
+    for (const { plot } of panels) {
+      const [first, last] = [Number(plot.dataset.start), Number(plot.dataset.end)];
       const follow = (event) => {
         const box = plot.getBoundingClientRect();
         pause();
-        seek(start + ((end - start) * (event.clientX - box.left)) / box.width);
+        seek(first + ((last - first) * (event.clientX - box.left)) / box.width);
       };
       plot.addEventListener("pointerdown", (event) => {
         plot.setPointerCapture(event.pointerId);
@@ -100,33 +115,31 @@ window.pilegrasp = (() => {
       });
       plot.addEventListener("pointermove", (event) => event.buttons && follow(event));
     }
-    const slider = plots[0].plot;
-    const limits = { role: "slider", tabindex: 0, "aria-label": "time", "aria-valuemin": data.start, "aria-valuemax": data.end };
-    Object.entries(limits).forEach(([name, value]) => slider.setAttribute(name, value));
-    document.addEventListener("keydown", (event) => {
-      const step = { ArrowLeft: -1 / 30, ArrowRight: 1 / 30 }[event.key];
-      if (event.target.closest("input, select, button, summary, .dg")) return;
-      if (event.key === " ") playing() ? pause() : play();
-      else if (step) (pause(), seek(time() + step));
-      else return;
-      event.preventDefault();
-    });
+    document.addEventListener("keydown", keys);
     for (const button of document.querySelectorAll("[data-seek]")) {
       button.addEventListener("click", () => (pause(), seek(Number(button.dataset.seek))));
     }
+    for (const box of document.querySelectorAll("[data-overlay]")) box.addEventListener("change", switchOverlays);
   }
 
-  try {
-    open();
-  } catch (error) {
-    console.warn("no scene:", error);
-    viewer = null;
-    element("blank").hidden = false;
-    element("controls").hidden = true;
+  async function open() {
+    try {
+      await Promise.all(panels.map((panel) => panel.open()));
+      api.viewer = panels[0].viewer;
+    } catch (error) {
+      for (const panel of panels) panel.blind(error);
+    }
+    switchOverlays();
+    element("overlays").hidden = element("play").hidden = !api.viewer;
+    if (!api.viewer) show(end);
+    play();
   }
+
   listen();
-  refresh(viewer ? data.start : data.end);
-  tick();
-  play();
-  return { viewer, seek, play, pause, time, playing };
+  show(start);
+  tick(0);
+  const ready = open();
+  // When the first picture is out, in milliseconds since the page was asked for.
+  const drawn = ready.then(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  return Object.assign(api, { seek, play, pause, step, time: () => now, playing: () => playing, ready, drawn });
 })();

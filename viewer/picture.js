@@ -11,8 +11,12 @@ window.picture = (() => {
   let columns = 1;
 
   function size(width, height) {
-    const pane = document.getElementById("pane");
+    const pane = document.querySelector(".pane");
     Object.assign(pane.style, { width: `${width}px`, height: `${height}px` });
+    // Twice the pixels in each direction, which become one, and soft shadows, whatever the page took.
+    viewer.renderer.setPixelRatio(2);
+    viewer.renderer.shadowMap.type = MeshCat.THREE.PCFSoftShadowMap;
+    viewer.scene.traverse(({ material }) => material && (material.needsUpdate = true));
     viewer.set_3d_pane_size();
   }
 
@@ -56,7 +60,7 @@ window.picture = (() => {
     scene(moment, 0, 0, width, height - 30);
     pen.fillStyle = colour("paper");
     pen.fillRect(0, height - 30, width, 30);
-    const end = write(document.getElementById("now").textContent, 10, height - 10, 0.7 * width);
+    const end = write(document.querySelector(".moment").textContent, 10, height - 10, 0.7 * width);
     write(note, width - 10, height - 10, width - end - 30, { ink, bold: ink !== "soft", right: true });
     return png();
   }
@@ -85,5 +89,13 @@ window.picture = (() => {
     write(words[1] ?? "", end + 10, y + tile.height + 38, x + tile.width - end - 10);
   }
 
-  return { openMovie, frame, openSheet, addTile, png };
+  // The last moment, small and without words.
+  function thumbnail(width, height) {
+    [canvas.width, canvas.height] = [width, height];
+    size(width, height);
+    scene(Infinity, 0, 0, width, height);
+    return canvas.toDataURL("image/jpeg", 0.8).split(",")[1];
+  }
+
+  return { thumbnail, openMovie, frame, openSheet, addTile, png };
 })();

@@ -57,7 +57,7 @@ def object_colors(recording: Recording) -> dict[str, int]:
 
 
 def _lighter(color: int) -> int:
-    return hex_color([0.35 * (color >> shift & 255) / 255 + 0.65 for shift in (16, 8, 0)])
+    return hex_color([0.5 * (color >> shift & 255) / 255 + 0.5 for shift in (16, 8, 0)])
 
 
 def _geometry(shape: Shape, part: int, parts: int) -> dict[str, Any]:
@@ -104,11 +104,15 @@ def _geometry(shape: Shape, part: int, parts: int) -> dict[str, Any]:
             width, height = (2 * (half or ENDLESS) for half in shape.size)
             return {"type": "PlaneGeometry", "width": width, "height": height}
     width, height, depth = (2 * half for half in shape.size)
-    return {"type": "BoxGeometry", "width": width, "height": height, "depth": depth}
+    return {"type": "BoxGeometry", "width": width / parts, "height": height, "depth": depth}
 
 
-def _matrix(shape: Shape) -> list[float]:
+def _matrix(shape: Shape, part: int, parts: int) -> list[float]:
     rotation = quaternion_matrix(shape.quaternion)
+    if shape.kind == "box" and parts > 1:
+        # A box is cut across its x axis.
+        along = shape.size[0] * (2 * part + 1 - parts) / parts
+        return column_major([float(x) for x in shape.position + along * rotation[:, 0]], rotation)
     if shape.kind in ("capsule", "cylinder"):
         # three.js turns its round bodies about y, a recording about z.
         rotation = rotation @ np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -124,7 +128,7 @@ def material(identifier: str, color: int, opacity: float = 1.0, **more: Any) -> 
 
 
 def body_object(body: Body, color: int | None = None) -> dict[str, Any]:
-    """Return the body as a three.js group; an object's round shapes are halved into two tones.
+    """Return the body as a three.js group; an object's shapes are halved into two tones.
 
     Identifiers count from zero, so equal bodies give equal bytes; three.js needs them distinct within one object only.
     """
@@ -133,7 +137,7 @@ def body_object(body: Body, color: int | None = None) -> dict[str, Any]:
     children = []
     for shape in body.shapes:
         main = hex_color(shape.rgba) if color is None else color
-        halved = body.role == "object" and shape.kind not in ("box", "plane")
+        halved = body.role == "object" and shape.kind != "plane"
         tones = (main, _lighter(main)) if halved else (main,)
         for part, tone in enumerate(tones):
             geometry = _geometry(shape, part, len(tones))
@@ -145,7 +149,7 @@ def body_object(body: Body, color: int | None = None) -> dict[str, Any]:
                     "type": "Mesh",
                     "geometry": geometries[str(geometry)]["uuid"],
                     "material": materials[look]["uuid"],
-                    "matrix": _matrix(shape),
+                    "matrix": _matrix(shape, part, len(tones)),
                     "castShadow": body.role != "support" and shape.rgba[3] == 1.0,
                     "receiveShadow": True,
                 }

@@ -19,7 +19,7 @@ const stage = (() => {
   const world = ([x, y, z]) => new MeshCat.THREE.Vector3(x, z, -y);
 
   // The nearest place on the line of sight from which every corner of the action's box would be in the picture, and a
-  // tenth nearer, as nothing fills the corners.
+  // sixth nearer, as nothing fills the corners.
   function frame(viewer, { low, high, direction }) {
     const target = world(low).add(world(high)).multiplyScalar(0.5);
     const toward = world(direction).normalize();
@@ -34,7 +34,7 @@ const stage = (() => {
       const along = Math.abs(point.dot(up)) / height;
       distance = Math.max(distance, point.dot(toward) + Math.max(across, along));
     }
-    viewer.camera.position.copy(target).addScaledVector(toward, 0.9 * distance);
+    viewer.camera.position.copy(target).addScaledVector(toward, 0.84 * distance);
     viewer.controls.target.copy(target);
     viewer.controls.update();
     viewer.set_dirty();
@@ -47,11 +47,31 @@ const stage = (() => {
     spot.target.position.copy(world(middle));
     spot.target.updateMatrixWorld();
     spot.shadow.normalBias = 0.004;
+    if (viewer.renderer.shadowMap.type === MeshCat.THREE.BasicShadowMap) spot.shadow.mapSize.set(512, 512);
+  }
+
+  // Whether the browser draws without a graphics card, where each pixel counts.
+  function slow() {
+    const context = document.createElement("canvas").getContext("webgl");
+    const names = context?.getExtension("WEBGL_debug_renderer_info");
+    const name = names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
+    context?.getExtension("WEBGL_lose_context")?.loseContext();
+    return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+  }
+
+  // One sample for each pixel and hard shadows: a third of the work.
+  function plainRenderer(pane) {
+    const { WebGLRenderer, BasicShadowMap } = MeshCat.THREE;
+    const renderer = new WebGLRenderer({ antialias: false, alpha: true });
+    renderer.shadowMap.enabled = true;
+    renderer.shadowMap.type = BasicShadowMap;
+    pane.appendChild(renderer.domElement);
+    return renderer;
   }
 
   // meshcat sizes itself to the window; here it fills its pane, and tells when it has a new size.
   function open(pane, resized) {
-    const viewer = new MeshCat.Viewer(pane);
+    const viewer = new MeshCat.Viewer(pane, true, slow() ? plainRenderer(pane) : undefined);
     const resize = viewer.set_3d_pane_size.bind(viewer);
     viewer.set_3d_pane_size = () => {
       resize(pane.clientWidth, pane.clientHeight);

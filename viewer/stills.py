@@ -37,7 +37,7 @@ class Stills:
             write_html(recording, page)
             self._browser = Chromium(executable)
             self._browser.open(page)
-            if not self._browser.evaluate("Boolean(window.pilegrasp && pilegrasp.viewer)"):
+            if not self._browser.evaluate("pilegrasp.ready.then(() => Boolean(pilegrasp.viewer))"):
                 raise ExportError(f"the browser {executable} cannot draw the scene, as WebGL is off in it; use another")
             self._browser.evaluate("pilegrasp.pause()")
             self._browser.evaluate(own_script("picture.js") + "undefined")

@@ -7,6 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from pilegrasp_ctrl.recording import Recording
+
 
 @dataclass(frozen=True, slots=True)
 class Phase:
@@ -19,6 +23,15 @@ class Phase:
     end: float
     travel: float | None
     peak_force: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened at a moment: `kind` is end, failure, separation or saturation."""
+
+    time: float
+    kind: str
+    words: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +101,29 @@ def phases(outcomes: Any) -> tuple[Phase, ...]:
                 )
             )
     return tuple(rows)
+
+
+def separated(meta: Mapping[str, Any]) -> tuple[str, float] | None:
+    """Return the name of the object that separated from the pile and since when [s], where that was noted."""
+    name, time = (lookup(meta, f"motion.separated.{key}") for key in ("object", "time"))
+    moment = number(time)
+    return (name, moment) if isinstance(name, str) and moment is not None else None
+
+
+def events(recording: Recording, rows: tuple[Phase, ...]) -> list[Event]:
+    """Return what happened during a recording, in order of time."""
+    found = []
+    for phase in rows:
+        cause = plain(phase.trigger) or ("failed" if phase.failed else "ended")
+        found.append(Event(phase.end, "failure" if phase.failed else "end", f"{phase.name}: {cause}"))
+    if apart := separated(recording.meta):
+        found.append(Event(apart[1], "separation", f"{text(apart[0], 40)} separates from the pile"))
+    saturated = recording.signals.get("sensor_saturated")
+    if saturated is not None and saturated.ndim == 1 and (saturated > 0.5).any():
+        moment = float(recording.signal_time[int(np.argmax(saturated > 0.5))])
+        found.append(Event(moment, "saturation", "the wrist sensor is at its range"))
+    first, last = float(recording.frame_time[0]), float(recording.frame_time[-1])
+    return sorted((e for e in found if first - 0.1 <= e.time <= last + 0.1), key=lambda event: event.time)
 
 
 def _verdict(success: bool | None, grasped: float | None) -> str:

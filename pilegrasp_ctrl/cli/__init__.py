@@ -13,7 +13,17 @@ from collections.abc import Sequence
 from typing import TextIO, TypeGuard
 
 from ..exceptions import PilegraspError
-from . import bench, examine, export, list_scenarios, paper, run, sweep, tune  # noqa: F401  (importing registers the verbs)
+from . import (  # noqa: F401  (importing registers the verbs)
+    bench,
+    examine,
+    export,
+    list_scenarios,
+    paper,
+    report,
+    run,
+    sweep,
+    tune,
+)
 from .application import app
 
 __all__ = ["app", "main"]

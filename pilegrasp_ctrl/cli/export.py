@@ -26,7 +26,13 @@ MOVIES = (".gif", ".mp4")
     "The folder of a study becomes a table: F.csv, or F.parquet, which needs pyarrow.",
 )
 def export_recording(
-    recording: Annotated[Path, typer.Argument(metavar="F.npz|DIR", help="What `run --record` or `sweep` wrote.")],
+    recordings: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="F.npz [G.npz]|DIR",
+            help="What `run --record` or `sweep` wrote; a page shows two recordings side by side.",
+        ),
+    ],
     output: Annotated[
         Path,
         typer.Argument(
@@ -44,21 +50,32 @@ def export_recording(
 
     Turn a study into a table.
     """
-    if recording.is_dir():
-        _export_study(recording, output, as_json)
+    if len(recordings) == 1 and recordings[0].is_dir():
+        _export_study(recordings[0], output, as_json)
         return
     check_output(output, *VIEWS)
+    if len(recordings) > 2 or (len(recordings) == 2 and output.suffix != ".html"):
+        raise ExportError(
+            f"{len(recordings)} recordings are given for {output.name}; a page (.html) shows one or two, all else one"
+        )
     if speed is not None and output.suffix not in MOVIES:
         raise ExportError(f"--speed is for movies ({' and '.join(MOVIES)}), and {output.name} is none; leave it out")
 
     from ..recording import Recording
     from ..viewer import write
 
-    loaded = Recording.load(recording)
+    first, *others = (Recording.load(recording) for recording in recordings)
     with drawing_progress(output) as progress:
-        write(loaded, output, speed=1.0 if speed is None else speed, progress=progress)
+        write(
+            first,
+            output,
+            beside=others[0] if others else None,
+            speed=1.0 if speed is None else speed,
+            progress=progress,
+        )
     if as_json:
-        print_json({"recording": str(recording), output.suffix[1:]: str(output), "bytes": output.stat().st_size})
+        named = {"recording": str(recordings[0])} | ({"beside": str(recordings[1])} if others else {})
+        print_json({**named, output.suffix[1:]: str(output), "bytes": output.stat().st_size})
     else:
         print(output)
 
