@@ -143,6 +143,23 @@ def test_the_page_shows_the_checks_that_there_are():
     assert kinds >= {"restitution", "slip", "rolling", "energy", "wrench", "depth", "passed through", "rest"}
 
 
+def test_a_known_miss_is_told_and_does_not_fail(capsys, monkeypatch):
+    monkeypatch.setattr(suite, "SUITES", ((1.0, lambda: (GOOD, BAD)),))
+    monkeypatch.setattr(suite, "KNOWN", {"off": "one contact on a flat end"})
+    assert main(["doctor", "--physics", "--json"]) == 0
+    assert [(row["ok"], row["known"]) for row in json.loads(capsys.readouterr().out)["checks"]] == [
+        (True, ""),
+        (False, "one contact on a flat end"),
+    ]
+    assert main(["doctor", "--physics"]) == 0
+    assert "missed: one contact on a flat end" in capsys.readouterr().out
+
+
+def test_what_is_known_to_be_missed_is_still_measured():
+    rows = {line.split("|")[1].strip() for line in PAGE.read_text(encoding="utf-8").splitlines() if "| missed:" in line}
+    assert rows == suite.KNOWN.keys()
+
+
 def test_a_table_row_says_what_was_asked_and_found():
     assert markdown([BAD]).splitlines()[-1] == "| off | 1 mm | 2 mm | ±0.1 mm | failed |"
 

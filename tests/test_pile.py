@@ -10,6 +10,7 @@ from pilegrasp_ctrl.sim import pile
 from pilegrasp_ctrl.sim.layout import WALL_DISTANCE, frame_size, make_layout
 from pilegrasp_ctrl.sim.objects import KINDS, kind_of, object_kind
 from pilegrasp_ctrl.sim.pile import settle_pile
+from pilegrasp_ctrl.sim.stepper import Stepper
 
 
 @pytest.fixture(autouse=True)
@@ -126,22 +127,39 @@ def test_no_contact_comes_out_of_nowhere(name, monkeypatch):
     """A body at 3 m/s gets 3 mm deeper in a step; MuJoCo's own search reports 14 mm and more, all at once."""
     before: dict[tuple[int, int], float] = {}
     jumps = []
-    step = mujoco.mj_step
 
-    def watched(model, data):
-        step(model, data)
-        now: dict[tuple[int, int], float] = {}
-        for pair, distance in zip(map(tuple, data.contact.geom.tolist()), data.contact.dist, strict=True):
-            now[pair] = min(distance, now.get(pair, 0.0))
-        jumps.extend(pair for pair, depth in now.items() if depth - before.get(pair, 0.0) < -0.006)
-        before.clear()
-        before.update(now)
+    class Watched(Stepper):
+        def step(self):
+            super().step()
+            now: dict[tuple[int, int], float] = {}
+            contact = self._data.contact
+            for pair, distance in zip(map(tuple, contact.geom.tolist()), contact.dist, strict=True):
+                now[pair] = min(distance, now.get(pair, 0.0))
+            jumps.extend(pair for pair, depth in now.items() if depth - before.get(pair, 0.0) < -0.006)
+            before.clear()
+            before.update(now)
 
-    monkeypatch.setattr(pile.mujoco, "mj_step", watched)
+    monkeypatch.setattr(pile, "Stepper", Watched)
     for seed in (0, 1, 3):
         settled(name, count=14, seed=seed)
         before.clear()
     assert not jumps
+
+
+def test_what_balances_is_awakened_until_it_stays():
+    kind, layout, poses = settled("cube", count=14)
+    model = pile.pile_model(kind, 14, layout, "paper", 1e-3)
+    data = mujoco.MjData(model)
+    data.qpos[:], data.mocap_pos[0, 2] = poses.ravel(), 1.0
+    for _ in range(1000):
+        mujoco.mj_step(model, data)
+    assert np.abs(data.qpos.reshape(14, 7)[:, :3] - poses[:, :3]).max() < 0.001
+
+
+def test_a_pile_that_never_stays_is_said(monkeypatch):
+    monkeypatch.setattr(pile, "STAYS", 0.0)
+    with pytest.raises(PileError, match="did not stay where it had come to rest"):
+        settled(count=3)
 
 
 def test_a_pile_that_does_not_come_to_rest_is_said(monkeypatch):

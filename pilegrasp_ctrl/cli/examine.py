@@ -33,7 +33,8 @@ def doctor(
     """Check this installation: packages, solvers, engines, browser, and one short run."""
     if physics:
         measured = _measure()
-        _report([check.name for check in measured if not check.ok], measured, _physics_table(measured), as_json)
+        failed = [check.name for check in measured if not (check.ok or check.known)]
+        _report(failed, measured, _physics_table(measured), as_json)
         return
     from ..doctor import examine
 
@@ -82,5 +83,5 @@ def _physics_table(checks: Sequence[PhysicsCheck]) -> Table:
         table.add_column(column, justify="right" if 1 <= number <= 3 else "left")
     for check in checks:
         *texts, verdict = cells(check)
-        table.add_row(*map(escape, texts), f"[{'green' if check.ok else 'red'}]{verdict}")
+        table.add_row(*map(escape, texts), f"[{'green' if check.ok else 'yellow' if check.known else 'red'}]{verdict}")
     return table

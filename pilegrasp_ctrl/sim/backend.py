@@ -6,6 +6,7 @@ import mujoco
 
 from ..types import Array, Observation
 from .scene import Scene
+from .stepper import Stepper
 from .wrist_sensor import WristSensor
 
 
@@ -21,6 +22,7 @@ class Simulation:
     def __init__(self, scene: Scene, sensor: WristSensor, steps: int) -> None:
         self.scene, self._sensor, self._steps = scene, sensor, steps
         self.data = mujoco.MjData(scene.model)
+        self._stepper = Stepper(scene.model, self.data)
         self._n = scene.arm_dofs
         # Views: looking an array up in MjData costs more than reading it.
         self._q, self._v = self.data.qpos[: self._n], self.data.qvel[: self._n]
@@ -50,7 +52,7 @@ class Simulation:
     def step(self) -> None:
         """Advance by one control period; the command is held."""
         for _ in range(self._steps):
-            mujoco.mj_step(self.scene.model, self.data)
+            self._stepper.step()
             self._sensor.sample(self.data)
 
     def poses(self, bodies: Array) -> tuple[Array, Array]:

@@ -26,11 +26,9 @@ SUPPORT_BIT = 1
 SOLVER_ITERATIONS = 30
 """Of CG, at most; each step starts from the solution of the one before."""
 COLLISION_TOLERANCE = 1e-10
-"""Of the search for contacts of ellipsoids, by libccd, and of cylinders, by MuJoCo's own [m]; at MuJoCo's 1e-6 the one
-misses the shallowest, and the other ends deep inside now and then. For ellipsoids MuJoCo's own (4.0) stops at a wrong
-face about once in a thousand shallow contacts: apples that overlap by 0.01 mm are then thrown apart as if by 14."""
-COLLISION_ITERATIONS = 100
-"""Of the search for contacts of cylinders, at most; MuJoCo's 35 end it before the tolerance is met."""
+"""Of libccd [m], which finds the contacts of ellipsoids; at MuJoCo's 1e-6 it misses the shallowest. MuJoCo's own search
+(4.0) stops at a wrong face about once in a thousand shallow contacts of two ellipsoids: apples that overlap by 0.01 mm
+are then reported, and thrown apart, as if by 14. What is done about cylinders says `Stepper`."""
 SLEEP_TOLERANCE = 5e-3
 """An island whose generalised velocities, scaled by length, stay below this [m/s] falls asleep."""
 SLOPE_SLEEP_TOLERANCE = 5e-4
@@ -112,11 +110,6 @@ def add_objects(spec: mujoco.MjSpec, kind: Objects, count: int, supports: list[s
     if "ellipsoid" in shapes:
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_NATIVECCD
         spec.option.ccd_tolerance = COLLISION_TOLERANCE
-    elif "cylinder" in shapes:
-        # MuJoCo's search for several contacts of two round flanks throws them apart now and then; one is enough.
-        spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MULTICCD
-        spec.option.ccd_tolerance = COLLISION_TOLERANCE
-        spec.option.ccd_iterations = COLLISION_ITERATIONS
     for index, each in enumerate(kinds):
         hue = (0.11 + 0.61803399 * index) % 1.0
         each.add_to(spec, index, (*colorsys.hsv_to_rgb(hue, 0.62, 0.92), 1.0))

@@ -14,6 +14,7 @@ from ...sim.layout import Layout, make_layout
 from ...sim.object_kind import ObjectKind
 from ...sim.objects import KINDS
 from ...sim.pile import pile_model, settle_pile
+from ...sim.stepper import Stepper
 from .physics_check import PhysicsCheck
 from .plate_push import push, push_model
 from .stage import GRAVITY, SHIPPED_STEP, Stage
@@ -105,7 +106,8 @@ def energy_checks() -> Iterator[PhysicsCheck]:
 
 def _record(model: mujoco.MjModel, data: mujoco.MjData, duration: float) -> list[float]:
     energies = []
+    stepper = Stepper(model, data)
     for _ in range(round(duration / model.opt.timestep)):
-        mujoco.mj_step(model, data)
+        stepper.step()
         energies.append(float(data.energy.sum()))
     return energies

@@ -17,6 +17,7 @@ from ...sim.hand import Hand
 from ...sim.layout import WALL_DISTANCE, make_layout
 from ...sim.objects import KINDS
 from ...sim.pile import pile_model, settle_pile
+from ...sim.stepper import Stepper
 from ...sim.watchdog import DEEPEST
 from .physics_check import PhysicsCheck
 from .stage import SHIPPED_STEP, Stage
@@ -77,8 +78,9 @@ def rest(name: str, count: int, seed: int = 0) -> tuple[float, float]:
     data.qpos[:] = poses.ravel()
     data.mocap_pos[0, 2] = 2.0 * FRAME_HEIGHT
     depth = 0.0
+    stepper = Stepper(model, data)
     for _ in range(round(REST_TIME / SHIPPED_STEP)):
-        mujoco.mj_step(model, data)
+        stepper.step()
         depth = max(depth, -float(data.contact.dist.min(initial=0.0)))
     moved = np.linalg.norm(data.qpos.reshape(count, 7)[:, :3] - poses[:, :3], axis=1).max()
     return depth, float(moved) / REST_TIME

@@ -11,6 +11,7 @@ from ...sim.contact import Rule, add_pair, combine, pair_parameters
 from ...sim.layout import Layout
 from ...sim.object_kind import ObjectKind
 from ...sim.scene import add_objects, add_support, new_spec
+from ...sim.stepper import Stepper
 from ...sim.surface import Surface
 from ...types import Array
 
@@ -70,6 +71,7 @@ def push(model: mujoco.MjModel, poses: Array, radius: float, distance: float, li
     data = mujoco.MjData(model)
     data.qpos[0] = start_of_plate(poses, radius)
     data.qpos[1:] = poses.ravel()
+    stepper = Stepper(model, data)
     step, work = model.opt.timestep, 0.0
     travel: list[float] = []
     force: list[float] = []
@@ -77,7 +79,7 @@ def push(model: mujoco.MjModel, poses: Array, radius: float, distance: float, li
     farthest = data.qpos[0] + distance + APPROACH
     while (not travel or travel[-1] < distance) and data.qpos[0] < farthest:
         data.qvel[0] = SPEED
-        mujoco.mj_step(model, data)
+        stepper.step()
         # The engine states the energy of the state from which the step began.
         energy = data.energy.sum()
         own = -data.qfrc_constraint[0]

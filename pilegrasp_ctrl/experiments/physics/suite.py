@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from importlib import import_module
 from importlib.util import find_spec
 
@@ -13,6 +14,9 @@ from .penetration import penetration_checks
 from .physics_check import PhysicsCheck
 from .restitution import restitution_checks
 from .step_halving import step_halving_checks
+
+KNOWN: dict[str, str] = {}
+"""What is missed, and why."""
 
 Progress = Callable[[float, str], None]
 HANDS = "pilegrasp_ctrl.experiments.hand"
@@ -47,7 +51,7 @@ def physics_checks(progress: Progress = lambda share, name: None) -> list[Physic
     total, begun = sum(weight for weight, _ in SUITES), 0.0
     for weight, suite in SUITES:
         for check in suite():
-            checks.append(check)
+            checks.append(replace(check, known=KNOWN.get(check.name, "")))
             progress(begun / total, check.name)
         begun += weight
     return checks
