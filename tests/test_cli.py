@@ -261,7 +261,7 @@ def test_a_protected_file_is_not_replaced(capsys, attempts, tmp_path):
         (["run", "spheres_wall", "extra"], "extra"),
         (["export", "nowhere.npz", "page.html"], "nowhere.npz"),
         (["export", "nowhere.npz", "page.pdf"], "must end in .html"),
-        (["export", "nowhere.npz"], "F.html"),
+        (["export", "nowhere.npz"], "F.npz [G.npz]|DIR"),
     ],
 )
 @pytest.mark.parametrize("flags", [[], ["--json"]])

@@ -219,6 +219,18 @@ def test_the_separated_object_is_named_only_where_it_was_recorded(attempt):
         assert told(motion) is None
 
 
+@pytest.mark.parametrize("config", [{"strategy": {"lift_height": 0.2}}, {"strategy": {"lift_height": "high"}}, None])
+def test_the_command_finds_out_which_object_separated(attempt, tmp_path, config):
+    replace(attempt, meta=dict(attempt.meta) | {"config": config}).save(tmp_path / "a.npz")
+    assert cli.main(["export", str(tmp_path / "a.npz"), str(tmp_path / "a.html")]) == 0
+    document = (tmp_path / "a.html").read_text(encoding="utf-8")
+    found = json.loads(re.search(r'id="page-data">(.*?)</script>', document, flags=re.DOTALL)[1])[0]["separated"]
+    # Of the two balls that are carried away, the second is deeper in the hand before it closes.
+    index = [body.name for body in attempt.bodies].index("light_sphere_01")
+    assert found["path"] == node_path(index, attempt.bodies[index])
+    assert PHASES[1][1] < found["time"] < PHASES[1][2]
+
+
 def test_a_recording_too_long_for_a_page_is_refused():
     frames = MOST_FRAMES + 1
     long = Recording(

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -16,6 +16,9 @@ from ..exceptions import ExportError
 from ..output_file import VIEWS, check_output
 from .application import app
 from .options import DebugOption, JsonOption, print_json
+
+if TYPE_CHECKING:
+    from ..recording import Recording
 
 MOVIES = (".gif", ".mp4")
 
@@ -64,7 +67,7 @@ def export_recording(
     from ..recording import Recording
     from ..viewer import write
 
-    first, *others = (Recording.load(recording) for recording in recordings)
+    first, *others = (with_motion(Recording.load(recording)) for recording in recordings)
     with drawing_progress(output) as progress:
         write(
             first,
@@ -93,6 +96,13 @@ def _export_study(folder: Path, output: Path, as_json: bool) -> None:
         print_json({"study": str(folder), output.suffix[1:]: str(output), "attempts": attempts})
     else:
         print(output)
+
+
+def with_motion(recording: Recording) -> Recording:
+    """Return a recording that says which object separated from the pile, where it does not say so yet."""
+    from ..experiments.motion.measures import annotate
+
+    return recording if "motion" in recording.meta else annotate(recording)
 
 
 @contextmanager

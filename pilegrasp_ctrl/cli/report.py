@@ -9,7 +9,7 @@ import typer
 
 from ..exceptions import ExportError
 from .application import app
-from .export import drawing_progress
+from .export import drawing_progress, with_motion
 from .options import DebugOption, JsonOption, print_json
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def _record(folder: Path, rows: list[AttemptRow], number: int) -> int:
                     f"{folder}: seed {row.seed} of {row.config_hash} comes out differently now, so the study "
                     "was made by another version; sweep again, or leave out --recordings"
                 )
-            result.recording.save(place / f"{row.stem}.npz")
+            with_motion(result.recording).save(place / f"{row.stem}.npz")
             if progress:
                 progress(index + 1, len(chosen))
     return len(chosen)
@@ -116,7 +116,7 @@ def _links(folder: Path, rows: list[AttemptRow]) -> Links:
         for index, row in enumerate(recorded):
             source, page = place / f"{row.stem}.npz", place / f"{row.stem}.html"
             if not _newer(page, source):
-                write_html(Recording.load(source), page)
+                write_html(with_motion(Recording.load(source)), page)
             pages[row.stem] = f"{RECORDINGS}/{page.name}"
             if progress:
                 progress(index + 1, len(recorded))
@@ -127,7 +127,7 @@ def _links(folder: Path, rows: list[AttemptRow]) -> Links:
             sources = [place / f"{verdicts[verdict].stem}.npz" for verdict in (True, False)]
             page = place / f"{config_hash}-pair.html"
             if not all(_newer(page, source) for source in sources):
-                first, second = map(Recording.load, sources)
+                first, second = (with_motion(Recording.load(source)) for source in sources)
                 write_html(first, page, second)
             pairs[config_hash] = f"{RECORDINGS}/{page.name}"
     return Links(pages, _pictures(place, [row.stem for row in recorded]), pairs)

@@ -70,7 +70,8 @@ def held_names(recording: Recording) -> list[str]:
         return []
     config = recording.meta.get("config")
     strategy = config.get("strategy") if isinstance(config, Mapping) else None
-    lift = strategy.get("lift_height", USUAL_LIFT) if isinstance(strategy, Mapping) else USUAL_LIFT
+    noted = strategy.get("lift_height") if isinstance(strategy, Mapping) else None
+    lift = noted if isinstance(noted, int | float) else USUAL_LIFT
     place = recording.body_position[:, chosen].astype(float)
     held = are_held(place[-1], tool_position(recording, recording.frame_time[-1:])[0], place[0, :, 2], lift)
     return [recording.bodies[chosen[index]].name for index in np.flatnonzero(held)]
