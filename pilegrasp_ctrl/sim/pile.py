@@ -23,10 +23,9 @@ PANEL_HALF_THICKNESS = 0.02
 LIFT_SPEED = 0.3
 PEDESTAL = (ARM_FOOT, 0.1)
 """Radius and half height of the room that the arm's base takes above the table [m]."""
-REST_SPEED = 0.01
-"""An object whose centre moves slower than this [m/s] counts as resting."""
 REST_TIME = 0.3
-"""The pile has come to rest when all objects have rested for this long [s]."""
+RESTS = 3e-3
+"""The pile has come to rest when no centre has moved by more than this [m] in `REST_TIME` [s]."""
 AWAKENINGS = 20
 STAYS = 3e-4
 """It is settled when it stays within this distance [m] once it is awakened: what moves slowly, such as a cube that
@@ -35,7 +34,7 @@ TIME_LIMIT = 20.0
 """Of the simulated settling, for each of its two phases [s]."""
 DEEPEST = 1e-3
 """Two bodies of a settled pile overlap by less than this [m]; 0.04 mm was the most that we saw."""
-CACHE_VERSION = 15
+CACHE_VERSION = 17
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,14 +135,16 @@ def _awaken(model: mujoco.MjModel, data: mujoco.MjData) -> None:
 
 
 def _until_rest(stepper: Stepper, data: mujoco.MjData, step_limit: int, where: str) -> None:
-    resting, wanted = 0, round(REST_TIME / data.model.opt.timestep)
-    for _ in range(step_limit):
-        stepper.step()
-        speed = np.abs(data.qvel.reshape(-1, 6)[:, :3]).max()
-        if not np.isfinite(speed):
+    """Go on until nothing moves in a while: a jammed object may tremble for ever, and does not go anywhere."""
+    window = round(REST_TIME / data.model.opt.timestep)
+    for _ in range(step_limit // window):
+        before = data.qpos.reshape(-1, 7)[:, :3].copy()
+        for _ in range(window):
+            stepper.step()
+        moved = np.abs(data.qpos.reshape(-1, 7)[:, :3] - before).max()
+        if not np.isfinite(moved):
             break
-        resting = resting + 1 if speed < REST_SPEED else 0
-        if resting >= wanted:
+        if moved < RESTS:
             return
     raise PileError(
         f"the pile did not come to rest within {TIME_LIMIT:.0f} s {where}; "

@@ -36,15 +36,21 @@ class Stepper:
         mujoco.mj_step1(model, data)
         deepest = self._depth()
         if deepest > self._deepest + JUMP:
-            option = model.opt
-            usual = option.disableflags, option.ccd_tolerance, option.ccd_iterations
-            option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
-            option.ccd_tolerance, option.ccd_iterations = TOLERANCE, ITERATIONS
-            mujoco.mj_step1(model, data)
-            option.disableflags, option.ccd_tolerance, option.ccd_iterations = usual
+            self._look_again()
             deepest = self._depth()
+        else:
+            mujoco.mj_step2(model, data)
         self._deepest = deepest
-        mujoco.mj_step2(model, data)
+
+    def _look_again(self) -> None:
+        """Make the step with one contact at a time, everything awake: other contacts may touch what sleeps."""
+        option = self._model.opt
+        usual = option.disableflags, option.enableflags, option.ccd_tolerance, option.ccd_iterations
+        option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
+        option.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+        option.ccd_tolerance, option.ccd_iterations = TOLERANCE, ITERATIONS
+        mujoco.mj_step(self._model, self._data)
+        option.disableflags, option.enableflags, option.ccd_tolerance, option.ccd_iterations = usual
 
     def _depth(self) -> float:
         return max(0.0, -float(self._data.contact.dist.min())) if self._data.ncon else 0.0
