@@ -6,12 +6,12 @@ import pytest
 
 from pilegrasp_ctrl.cli import main
 from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.experiments.measures.table_force import table_force
 from pilegrasp_ctrl.experiments.paper.claims import CLAIMS
 from pilegrasp_ctrl.experiments.paper.evidence import Evidence
 from pilegrasp_ctrl.experiments.paper.examples import examples
 from pilegrasp_ctrl.experiments.paper.experiment import ROBOT, SIMULATED, Row
 from pilegrasp_ctrl.experiments.paper.plan import expect, plan
-from pilegrasp_ctrl.experiments.paper.table_force import table_force
 from pilegrasp_ctrl.experiments.study.attempt_row import AttemptRow
 from pilegrasp_ctrl.experiments.study.store import StudyStore
 from pilegrasp_ctrl.preparation import check

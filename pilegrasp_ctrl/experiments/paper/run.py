@@ -11,6 +11,7 @@ from typing import Any
 from ... import __version__
 from ...recording import write_atomically
 from ...scenarios.paper import NAMES, experiment
+from ..measures.attempt import MEASURE
 from ..study.progress import Progress
 from ..study.run import run_study
 from ..study.store import StudyStore
@@ -19,7 +20,6 @@ from .evidence import Evidence
 from .examples import show
 from .experiment import Experiment
 from .ledger import documents, ledger
-from .measures import MEASURE
 from .page import page
 from .plan import Work, plan
 
@@ -41,7 +41,8 @@ def carry_out(
     Raises:
         PilegraspError: as `run_study`; where the folder's study began with other seeds.
     """
-    tasks = [task for part in work for task in part.tasks(first_seed)]
+    # Seed by seed, so that a study that is stopped early says something of every condition.
+    tasks = sorted((task for part in work for task in part.tasks(first_seed)), key=lambda task: task[1])
     configuration = {"study": "paper", "first seed": first_seed}
     return run_study(
         tasks,
