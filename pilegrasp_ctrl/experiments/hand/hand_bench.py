@@ -48,6 +48,8 @@ class HandBench:
                 add_pair(spec, geom, "object_0", contact)
         model = spec.compile()
         model.opt.gravity[:] = 0.0
+        # What rests without gravity would sleep on when its weight sets in.
+        model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         return cls(hand, model, tool)
 
     def start(self, ball_at: Array | None = None) -> mujoco.MjData:
