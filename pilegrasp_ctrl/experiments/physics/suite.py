@@ -15,7 +15,7 @@ from .physics_check import PhysicsCheck
 from .restitution import restitution_checks
 from .step_halving import step_halving_checks
 
-KNOWN: dict[str, str] = {}
+KNOWN = {"energy: gained by 14 cylinders that are pushed": "contacts that jump by less than `Stepper` looks at again"}
 """What is missed, and why."""
 
 Progress = Callable[[float, str], None]
