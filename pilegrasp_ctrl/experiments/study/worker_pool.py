@@ -5,7 +5,6 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-import threading
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -15,6 +14,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from ...exceptions import SimulationError
+from ..parent import follow_the_parent
 
 STARTS = 3
 """Workers that end in a row before any of them was ready; then something is wrong with all of them."""
@@ -96,7 +96,7 @@ class _Worker:
         for name in _ONE_THREAD:
             os.environ[name] = "1"
         context = multiprocessing.get_context("spawn")
-        self.executor = ProcessPoolExecutor(1, context, initializer=_follow_the_parent)
+        self.executor = ProcessPoolExecutor(1, context, initializer=follow_the_parent)
         with _interrupts_held():
             self._ready = self.executor.submit(_nothing)
 
@@ -128,15 +128,3 @@ def _interrupts_held() -> Iterator[None]:
 
 def _nothing() -> None:
     """Answer, and so tell that the process has started."""
-
-
-def _follow_the_parent() -> None:
-    """End where the parent has ended, however it did."""
-    threading.Thread(target=_end_with_the_parent, daemon=True).start()
-
-
-def _end_with_the_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)

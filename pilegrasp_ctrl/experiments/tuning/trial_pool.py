@@ -5,7 +5,6 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -13,6 +12,7 @@ from types import TracebackType
 from typing import Generic, Self, TypeVar
 
 from ...exceptions import SimulationError
+from ..parent import follow_the_parent
 
 Task = TypeVar("Task")
 Report = TypeVar("Report")
@@ -65,7 +65,7 @@ class TrialPool(Generic[Task, Report]):
             for name in _ONE_THREAD:
                 os.environ.setdefault(name, "1")
             context = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(self._jobs, context, initializer=_follow_the_parent)
+            self._pool = ProcessPoolExecutor(self._jobs, context, initializer=_serve_the_parent)
         futures = [self._pool.submit(self._function, task) for task in tasks]
         try:
             for future in as_completed(futures):
@@ -77,14 +77,7 @@ class TrialPool(Generic[Task, Report]):
             ) from None
 
 
-def _follow_the_parent() -> None:
-    """Leave interrupts to the parent, and end where it has ended, however it did."""
+def _serve_the_parent() -> None:
+    """Leave interrupts to the parent, and end where it has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_the_parent, daemon=True).start()
-
-
-def _end_with_the_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+    follow_the_parent()
