@@ -23,6 +23,7 @@ KEYS = [
     "grasped",
     "reason",
     "outcomes",
+    "packing_density",
     "sim_time",
     "wall_time",
     "realtime_factor",
@@ -200,13 +201,13 @@ def saved(recording, file):
 
 
 def test_the_same_seed_gives_the_same_bits_with_and_without_the_cache(grasp, cache, tmp_path, monkeypatch):
-    piles = {file: file.stat().st_mtime_ns for file in cache.rglob("*.npy")}
+    piles = {file: file.stat().st_mtime_ns for file in cache.rglob("*.npz")}
     assert piles
     warm = run("spheres_wall", seed=0, record=True)
-    assert {file: file.stat().st_mtime_ns for file in cache.rglob("*.npy")} == piles
+    assert {file: file.stat().st_mtime_ns for file in cache.rglob("*.npz")} == piles
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "elsewhere"))
     cold = run("spheres_wall", seed=0, record=True)
-    assert len(list((tmp_path / "elsewhere").rglob("*.npy"))) == 1
+    assert len(list((tmp_path / "elsewhere").rglob("*.npz"))) == 1
     first = saved(grasp.recording, tmp_path / "first.npz")
     for again in (warm, cold):
         assert again.outcomes == grasp.outcomes

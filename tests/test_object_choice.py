@@ -81,7 +81,7 @@ def test_the_push_goes_through_the_chosen_object(kind, tmp_path, monkeypatch):
     keys = {"strategy.kind": "object", "pile.object": kind, "pile.count": 6, "strategy.alpha_deg": 20.0}
     attempt = prepare(load_scenario("spheres_corner", keys), 3)
     touch, direction = attempt.plan.waypoints[1].translation[:2], attempt.plan.direction[:2]
-    offset = attempt.object_poses[:, :2] - touch
+    offset = attempt.pile.poses[:, :2] - touch
     aside = np.abs(offset @ np.array([-direction[1], direction[0]]))
     nearest = int(np.argmin(aside))
     assert aside[nearest] < 1e-9

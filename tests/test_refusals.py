@@ -10,7 +10,7 @@ from pilegrasp_ctrl.exceptions import ConfigurationError, RecordingError
 from pilegrasp_ctrl.preparation import prepare
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.sim.objects import KINDS, object_kind
-from pilegrasp_ctrl.sim.pile import _cache_folder
+from pilegrasp_ctrl.sim.pile_cache import _cache_folder
 
 
 @pytest.mark.parametrize("name", ["Cube", "light_spere"])

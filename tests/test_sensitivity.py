@@ -1,5 +1,7 @@
 """The sensitivity run: which conditions, counted how, and never an attempt twice."""
 
+from pathlib import Path
+
 import pytest
 
 from pilegrasp_ctrl.config import dotted_keys, load_scenario
@@ -82,3 +84,8 @@ def test_an_attempt_that_cannot_be_carried_out_holds_nothing(monkeypatch):
 
     monkeypatch.setattr(sensitivity, "run", fail)
     assert sensitivity.attempt(conditions()[0], 0) == (False, "does not settle")
+
+
+def test_the_page_shows_what_its_attempts_say():
+    docs = Path(__file__).parents[1] / "docs"
+    assert markdown(rows(docs / "sensitivity.csv")) in (docs / "sensitivity.md").read_text(encoding="utf-8")

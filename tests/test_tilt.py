@@ -15,7 +15,7 @@ from pilegrasp_ctrl.primitives.primitive import Target
 from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.layout import BASE_BELOW_TABLE, make_layout
 from pilegrasp_ctrl.sim.objects import object_kind
-from pilegrasp_ctrl.sim.pile import _cache_file
+from pilegrasp_ctrl.sim.pile_cache import PileCache
 from pilegrasp_ctrl.sim.scene import add_objects, add_support, new_spec
 from pilegrasp_ctrl.types import Reference
 
@@ -140,7 +140,7 @@ def test_a_kilogram_that_hangs_from_the_hand_reads_along_gravity(hand_name):
 def test_the_piles_cache_knows_slope_and_bin():
     kind = object_kind("light_sphere")
     layouts = [layout_of(*support, tilt=tilt) for support in SUPPORTS for tilt in (0.0, 5.0, 6.0)]
-    files = {_cache_file(kind, 18, layout, 0, "paper", 1e-3) for layout in layouts}
+    files = {PileCache(repr(kind), 18, repr(layout))._file for layout in layouts}
     assert len(files) == len(layouts)
     scenarios = [
         build_scenario({"support": {"bin": bin, "tilt_deg": tilt}}) for bin in (True, False) for tilt in (0, 5)
