@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -16,10 +15,9 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
 
-from ..exceptions import ConfigurationError
 from .application import app
 from .options import DebugOption, JsonOption, make_console, print_json
-from .sweep import study_progress
+from .sweep import JobsOption, SchedulerOption, study_progress, worker_count
 
 if TYPE_CHECKING:
     from ..experiments.paper.plan import Expected, Work
@@ -51,12 +49,8 @@ def paper(
             help="At most so many at a condition, fewer where many are judged as one; the paper's numbers by default.",
         ),
     ] = None,
-    jobs: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Worker processes; one for each core where absent.")
-    ] = None,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Use the workers of this dask scheduler instead.")
-    ] = None,
+    jobs: JobsOption = None,
+    scheduler: SchedulerOption = None,
     seeds_from: Annotated[
         int, typer.Option(min=0, metavar="SEED", help="First seed of every condition; below 10000 to try things out.")
     ] = JUDGING,
@@ -71,8 +65,7 @@ def paper(
     debug: DebugOption = False,
 ) -> None:
     """Carry out the paper's experiments and judge its claims: claims.json, index.html, figures, recordings."""
-    if scheduler is not None and jobs is not None:
-        raise ConfigurationError("--jobs is for this machine and --scheduler for a cluster; leave out one of the two")
+    workers = worker_count(jobs, scheduler)
 
     from ..experiments.paper.plan import plan
     from ..scenarios.paper import NAMES, experiment
@@ -80,7 +73,6 @@ def paper(
     chosen = [experiment(name) for name in (NAMES if not names or "all" in names else dict.fromkeys(names))]
     work = plan(chosen, attempts)
     expected = _expected(work, seeds_from, out)
-    workers = jobs or _cores()
     print(_describe(expected, len(work), None if scheduler else workers), file=sys.stderr, flush=True)
     if dry_run:
         if as_json:
@@ -104,11 +96,6 @@ def paper(
         print_json(document)
     else:
         _print_claims(document, out)
-
-
-def _cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _expected(work: list[Work], first_seed: int, out: Path) -> Expected:

@@ -26,6 +26,14 @@ if TYPE_CHECKING:
     from ..experiments.study.progress import StudyProgress
     from ..experiments.study.summary import SummaryRow
 
+JobsOption = Annotated[
+    int | None, typer.Option("--jobs", min=1, metavar="N", help="Worker processes; one for each core where absent.")
+]
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option("--scheduler", metavar="ADDRESS", help="Use the workers of this dask scheduler instead."),
+]
+
 MOST_ERRORS = 3
 """So many different sentences of attempts that raised are shown; the store has all."""
 
@@ -55,12 +63,8 @@ def sweep(
         list[str] | None,
         typer.Option(metavar="KEY=A,B,C", help="Values of a key; repeated, every combination is run."),
     ] = None,
-    jobs: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Worker processes; one for each core where absent.")
-    ] = None,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Use the workers of this dask scheduler instead.")
-    ] = None,
+    jobs: JobsOption = None,
+    scheduler: SchedulerOption = None,
     record: Annotated[
         Recorded,
         typer.Option(
@@ -75,8 +79,7 @@ def sweep(
     debug: DebugOption = False,
 ) -> None:
     """Carry out every combination of the varied keys with every seed, and count the successes."""
-    if scheduler is not None and jobs is not None:
-        raise ConfigurationError("--jobs is for this machine and --scheduler for a cluster; leave out one of the two")
+    workers = worker_count(jobs, scheduler)
 
     from ..config import parse_overrides
     from ..experiments.study.condition import conditions
@@ -94,7 +97,7 @@ def sweep(
             store = run_study(
                 tasks,
                 out,
-                jobs=jobs or _cores(),
+                jobs=workers,
                 scheduler=scheduler,
                 record=record.value,
                 configuration=_configuration(scenario, values, overrides),
@@ -113,8 +116,16 @@ def sweep(
             print(f"every attempt is in {store.path}")
 
 
-def _cores() -> int:
-    """Return how many cores this process may use."""
+def worker_count(jobs: int | None, scheduler: str | None) -> int:
+    """Return how many processes to use on this machine: those asked for, or one for each core that may be used.
+
+    Raises:
+        ConfigurationError: where a cluster's workers are asked for as well.
+    """
+    if scheduler is not None and jobs is not None:
+        raise ConfigurationError("--jobs is for this machine and --scheduler for a cluster; leave out one of the two")
+    if jobs is not None:
+        return jobs
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
