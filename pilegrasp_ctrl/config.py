@@ -28,7 +28,7 @@ from .config_sections import (
     Text,
 )
 from .exceptions import ConfigurationError
-from .scenarios import find, is_file, object_digests
+from .scenarios import find, is_file, object_digests, object_parts
 
 _HEEDED = {"line": {"line"}, "order": {"strategy", "order"}}
 """Sections that a program looks at, where they are not the strategy alone."""
@@ -94,7 +94,7 @@ class Scenario(Section):
         if self.controller.gains is not None:
             content["controller"]["gains"] = hashlib.sha256(_read(Path(self.controller.gains))).hexdigest()
         if is_file(self.pile.object):
-            parts = self.pile.object.split("+")
+            parts = object_parts(self.pile.object)
             content["pile"]["object"] = [object_digests(Path(part)) if is_file(part) else part for part in parts]
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 

@@ -45,6 +45,11 @@ def is_file(name: str) -> bool:
     return name.lower().endswith(".toml") or "/" in name
 
 
+def object_parts(text: str) -> list[str]:
+    """Return the names and files that `pile.object` joins by +; a file that exists may have one in its path."""
+    return [text] if is_file(text) and Path(text).is_file() else text.split("+")
+
+
 def find(name: str | Path) -> Path:
     """Return the TOML file of a scenario.
 

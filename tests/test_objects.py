@@ -421,3 +421,13 @@ def test_a_mix_of_files_counts_in_the_hash_with_their_content(tmp_path):
     assert [each.name for each in kind_of(mixed.pile).kinds] == ["pea", "cube"]
     (tmp_path / "pea.toml").write_text('shape = "sphere"\nradius = 0.02\nmass = 0.03\n')
     assert mixed.config_hash() != before
+
+
+def test_a_plus_in_a_folders_name_joins_nothing(tmp_path):
+    folder = tmp_path / "c++"
+    folder.mkdir()
+    (folder / "pea.toml").write_text('shape = "sphere"\nradius = 0.02\nmass = 0.02\n')
+    (folder / "peas.toml").write_text('[pile]\nobject = "pea.toml"\n')
+    scenario = load_scenario(folder / "peas.toml")
+    assert kind_of(scenario.pile).name == "pea"
+    assert len(scenario.config_hash()) == 16

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..config_sections import PileConfig
 from ..exceptions import ConfigurationError
-from ..scenarios import is_file, object_files
+from ..scenarios import is_file, object_files, object_parts
 from .object_file import read_object
 from .object_kind import OBJECT_BIT, TENNIS_BALL, ObjectKind
 from .object_mix import ObjectMix, Objects
@@ -45,7 +45,7 @@ def kind_of(pile: PileConfig) -> Objects:
     """
     kinds = tuple(
         object_kind(name, pile.mass, pile.scale, pile.variant).with_friction(pile.friction)
-        for name in pile.object.split("+")
+        for name in object_parts(pile.object)
     )
     kind = kinds[0]
     if len(kinds) > 1:
