@@ -12,6 +12,7 @@ from pushed_pile import BEGIN, END, HALF_WIDTH, RADIUS, SPEED, at_rest, moving, 
 from synthetic_recording import synthetic
 
 import pilegrasp_ctrl
+from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.episode import run
 from pilegrasp_ctrl.experiments.motion import annotate, measure
 from pilegrasp_ctrl.experiments.motion.figure import BLUE, RED, pattern_figure
@@ -22,7 +23,7 @@ from pilegrasp_ctrl.experiments.motion.motion_pattern import MotionPattern, mark
 from pilegrasp_ctrl.experiments.motion.push_motion import PushMotion
 from pilegrasp_ctrl.experiments.motion.verdict import verdict
 from pilegrasp_ctrl.experiments.study.attempt import load_measure
-from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.recording import Body, Recording, Shape
 
 SCRIPT = Path(__file__).parents[1] / "scenarios" / "motion_pattern.py"
 
@@ -124,7 +125,7 @@ def sliding_in(x: float, y: float, stop: float):
     return lambda t: np.stack([np.maximum(x, SPEED * pushed(t) - stop), y + 0 * t], axis=-1)
 
 
-def test_the_object_deep_inside_has_separated_since_the_hand_is_beneath_it():
+def test_the_object_in_the_middle_has_separated_since_the_hand_is_beneath_it():
     ways = {"far": RESTLESS, "edge": sliding_in(0.05, 0.03, 0.01), "deep": sliding_in(0.1, 0.0, 0.04)}
     found = measure(push_recording(ways, held=("deep",)))
     assert found["separated"]["object"] == "deep"
@@ -135,15 +136,73 @@ def test_the_object_deep_inside_has_separated_since_the_hand_is_beneath_it():
     assert found["agreed"] is True
 
 
+@pytest.mark.parametrize("aside", [0.8 * HALF_WIDTH, -0.025])
+def test_of_two_that_came_in_side_by_side_the_one_nearer_to_the_middle_has_separated(aside):
+    ways = {"far": RESTLESS, "deeper": sliding_in(0.05, aside, 0.08), "middle": sliding_in(0.15, 0.02, 0.03)}
+    found = measure(push_recording(ways))
+    assert found["in_hand"] == ["deeper", "middle"]
+    assert found["separated"]["object"] == "middle"
+
+
+def tip_and_deep(pairs: list[tuple[str, str]], forces: list[list[float]], y: float = 0.02, alpha: float = 0.0) -> dict:
+    """Measure a push that leaves one object 10 mm before the leading edge and one in the middle of the hand.
+
+    Args:
+        pairs: names of the bodies that touch in all frames; beside the objects there are palm and wall.
+        forces: what the second does to the first, along the axes of the push frame [N].
+        y: where the object before the edge lies [m].
+        alpha: of the push [rad].
+    """
+    ways = {"far": RESTLESS, "tip": at_rest(0.21, y), "deep": sliding_in(0.1, 0.0, 0.04)}
+    recording = push_recording(ways, alpha=alpha, held=("tip",))
+    bodies = (*recording.bodies, Body("wall", "support", (Shape("box", (0.01, 1.0, 0.1)),)))
+    number = {body.name: index for index, body in enumerate(bodies)}
+    frames = recording.frame_time.size
+    turn = np.array([[np.cos(alpha), -np.sin(alpha), 0.0], [np.sin(alpha), np.cos(alpha), 0.0], [0.0, 0.0, 1.0]])
+    contacts = Contacts(
+        np.arange(frames + 1) * len(pairs),
+        np.tile([[number[name] for name in pair] for pair in pairs], (frames, 1)),
+        np.zeros((frames * len(pairs), 3)),
+        np.tile(np.array(forces) @ turn.T, (frames, 1)),
+    )
+    place = np.concatenate([recording.body_position, np.zeros((frames, 1, 3))], axis=1)
+    upright = np.tile([1.0, 0.0, 0.0, 0.0], (frames, 1, 1))
+    quaternion = np.concatenate([recording.body_quaternion, upright], axis=1)
+    tracks = {"bodies": bodies, "body_position": place, "body_quaternion": quaternion}
+    return measure(replace(recording, contacts=contacts, **tracks))
+
+
+PUSHED, STOPPED = [2.0, 0.0, 1.5], [-3.0, 0.0, 0.5]
+"""What palm and wall do to an object between them [N]."""
+
+
+@pytest.mark.parametrize("alpha", [0.0, 2.5])
+@pytest.mark.parametrize("turned", [False, True])
+def test_an_object_wedged_between_fingertips_and_wall_comes_before_the_one_deep_inside(turned, alpha):
+    pairs, forces = [("tip", "palm"), ("tip", "wall")], [PUSHED, STOPPED]
+    if turned:
+        pairs, forces = [("palm", "tip"), ("wall", "tip")], (-np.array(forces)).tolist()
+    found = tip_and_deep(pairs, forces, alpha=alpha)
+    assert found["separated"] == {"object": "tip", "time": pytest.approx(BEGIN, abs=0.02), "stabilised": None}
+    assert found["in_hand"] == ["tip", "deep"]
+    assert found["agreed"] is True
+
+
 @pytest.mark.parametrize(
-    "other",
-    [sliding_in(0.05, HALF_WIDTH - 0.01, 0.08), sliding_in(0.15, 0.0, 0.045)],
-    ids=["deeper, at a side", "as deep, just come in"],
+    ("pairs", "forces", "y"),
+    [
+        ([("tip", "palm"), ("tip", "far")], [PUSHED, STOPPED], 0.02),
+        ([("tip", "palm"), ("tip", "wall")], [PUSHED, [-1.0, 0.0, 2.0]], 0.02),
+        ([("tip", "palm"), ("tip", "wall")], [PUSHED, [3.0, 0.0, 0.5]], 0.02),
+        ([("tip", "deep"), ("tip", "wall")], [PUSHED, STOPPED], 0.02),
+        ([("tip", "palm"), ("tip", "wall")], [PUSHED, STOPPED], RADIUS + 0.005),
+    ],
+    ids=["stopped by an object", "on the table", "pushed on by a wall", "not touched", "aside"],
 )
-def test_an_object_at_the_rim_or_just_come_in_has_not_separated(other):
-    found = measure(push_recording({"far": RESTLESS, "other": other, "settled": sliding_in(0.05, 0.02, 0.04)}))
-    assert found["in_hand"] == ["other", "settled"]
-    assert found["separated"]["object"] == "settled"
+def test_an_object_before_the_hand_is_not_wedged(pairs, forces, y):
+    found = tip_and_deep(pairs, forces, y)
+    assert found["separated"]["object"] == "deep"
+    assert found["in_hand"] == ["deep"]
 
 
 def test_an_object_that_still_slides_in_has_not_stabilised():

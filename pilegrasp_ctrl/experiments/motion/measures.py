@@ -15,6 +15,7 @@ from .funnel import Funnel
 from .motion_field import MotionField
 from .push_motion import PushMotion, has_points, primitive, tool_position
 from .separation import Separation
+from .wedged import wedged
 
 USUAL_LIFT = 0.2
 
@@ -31,26 +32,29 @@ def measure(recording: Recording) -> dict[str, Any]:
         mouth_width: of the hand's leading edge.
         funnel_width: of the funnel, two diameters ahead of the edge.
         separated: {object, time, stabilised}, from the frames of the push alone.
-        in_hand: names of all objects in the hand at the end of the push; the separated one is among them.
+        in_hand: names of all objects in the hand at the end of the push, or wedged between it and a wall; the separated
+            one is among them.
         held: names of the objects in the hand at the end.
         agreed: whether the separated object is one of them; None where none is held.
         force_chains: see `force_chains`; absent where the recording holds no contacts.
     """
     push = PushMotion.of(recording)
-    separated = Separation.of(push) if push else None
+    separated, caught = None, np.zeros(0, dtype=bool)
     held = held_names(recording)
     row = primitive(recording, "push")
     result: dict[str, Any] = {"triggered": row is not None and row.get("trigger") == "grasp force"}
     names = ("approach_speed", "spread_speed", "spread_forward", "spread_sideways", "mouth_width", "funnel_width")
     result |= dict.fromkeys(("hand_speed", *names))
     if push:
+        at_wall = wedged(recording, push)
+        separated, caught = Separation.of(push, at_wall), (push.in_hand | at_wall)[-1]
         result |= {"hand_speed": push.hand_speed, "mouth_width": 2.0 * push.half_width} | _speeds(push)
         result["funnel_width"] = Funnel.of(MotionField.of(push)).width_at(4.0 * push.radius)
         if chains := force_chains(recording, push):
             result["force_chains"] = chains
     return result | {
         "separated": separated.as_dict() if separated else None,
-        "in_hand": [push.objects[index] for index in np.flatnonzero(push.in_hand[-1])] if push else [],
+        "in_hand": [push.objects[index] for index in np.flatnonzero(caught)] if push else [],
         "held": held,
         "agreed": (separated is not None and separated.object in held) if held else None,
     }

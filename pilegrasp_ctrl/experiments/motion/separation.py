@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .push_motion import PushMotion
 
@@ -16,15 +17,16 @@ to standing still while the hand slides beneath it (1)."""
 
 @dataclass(frozen=True, slots=True)
 class Separation:
-    """Of the objects in the hand at the end of the push, the one that has been farthest inside for longest.
+    """The object that the hand has caught nearest to its middle; one that it has wedged against a wall comes first.
 
-    How far an object is inside is the way from its centre to the nearest border over which it could leave: the leading
-    edge, or one of the hand's two sides. The largest integral of that way over the push decides, because an object is
-    as easily lost at a side as at the edge, and one that has only just come in may still roll out.
+    The hand is open at its sides and closes on its middle: of two objects that came in side by side, the one nearer to
+    the middle is enclosed and the other pushed out. One at the fingertips that a wall stops cannot give way when they
+    curl beneath it, so it comes in over them and takes the place of what was there. One that only other objects stop
+    stays out, because those give way.
 
     Attributes:
         object: its name.
-        time: since when its centre has been behind the leading edge without a break [s].
+        time: since when it has been caught without a break [s]: wedged, or with its centre behind the leading edge.
         stabilised: since when it has kept still relative to the hand until the push ended [s]; None where it had not.
     """
 
@@ -33,19 +35,23 @@ class Separation:
     stabilised: float | None
 
     @classmethod
-    def of(cls, push: PushMotion) -> Separation | None:
-        """Look at the frames of the push alone; None where no object has come into the hand."""
-        inside = push.in_hand
-        if not inside[-1].any():
+    def of(cls, push: PushMotion, wedged: NDArray[np.bool_]) -> Separation | None:
+        """Look at the frames of the push alone; None where the hand has caught nothing.
+
+        Args:
+            push: F frames of n objects.
+            wedged: (F, n) which of them are pushed against a support, see `wedged`.
+        """
+        caught = push.in_hand | wedged
+        if not caught[-1].any():
             return None
-        x, y = np.moveaxis(push.relative, -1, 0)
-        depth = np.where(inside, np.minimum(-x, push.half_width - np.abs(y)), 0.0)
-        chosen = int(np.argmax(np.where(inside[-1], np.trapezoid(depth, push.time, axis=0), -1.0)))
+        among = wedged[-1] if wedged[-1].any() else caught[-1]
+        chosen = int(np.argmin(np.where(among, np.abs(push.relative[-1, :, 1]), np.inf)))
         speed = np.linalg.norm(push.relative_velocity[:, chosen], axis=1)
         still = _since(speed < AT_REST * push.hand_speed)
         return cls(
             object=push.objects[chosen],
-            time=float(push.time[_since(inside[:, chosen])]),
+            time=float(push.time[_since(caught[:, chosen])]),
             stabilised=float(push.time[still]) if still < speed.size else None,
         )
 
