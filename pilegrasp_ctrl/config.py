@@ -66,6 +66,12 @@ class Scenario(Section):
                     "{key} has no effect where program = '{program}'; leave it out",
                     {"key": f"{section}.{key}", "program": self.program},
                 )
+        if self.program == "line" and self.support.slope_error_deg != 0.0:
+            raise PydanticCustomError(
+                "idle",
+                "{key} has no effect where program = 'line', which touches no floor; leave it out",
+                {"key": "support.slope_error_deg"},
+            )
         for key in self.hand_model.pneumatic() if self.hand == "shovel" else ():
             raise PydanticCustomError(
                 "idle",
@@ -91,6 +97,9 @@ class Scenario(Section):
             ConfigurationError: where one of these cannot be read.
         """
         content = self.model_dump(mode="json", exclude={"name", "summary", "tags"})
+        if self.support.slope_error_deg == 0.0:
+            # Younger than studies that are still read: without an error the hash is what it was before there was a key.
+            del content["support"]["slope_error_deg"]
         if self.controller.gains is not None:
             content["controller"]["gains"] = hashlib.sha256(_read(Path(self.controller.gains))).hexdigest()
         if is_file(self.pile.object):

@@ -36,16 +36,31 @@ class SupportConfig(Section):
 
     kind: Literal["none", "wall", "corner"] = Field(default="wall", description="what stands behind the pile")
     tilt_deg: float = Field(default=0.0, ge=0.0, le=15.0, description="slope of the floor toward the support [deg]")
+    slope_error_deg: float = Field(
+        default=0.0, ge=-3.0, le=3.0, description="how much more the floor rises toward the support than is known [deg]"
+    )
     bin: bool = Field(default=False, description="whether it is that of a crate, 0.56 x 0.38 x 0.16 m inside")
 
     @model_validator(mode="after")
     def _something_to_push_to(self) -> SupportConfig:
-        if self.kind == "none" and (self.bin or self.tilt_deg > 0.0):
+        if self.kind == "none" and (self.bin or self.tilt_deg > 0.0 or self.slope_error_deg != 0.0):
             why = "a bin is pushed to its wall or corner" if self.bin else "on a sloped floor the objects roll away"
+            slope = "support.tilt_deg" if self.tilt_deg > 0.0 else "support.slope_error_deg"
             raise PydanticCustomError(
                 "idle",
                 "support.kind = 'none' is not allowed, because {why}; make it 'wall' or 'corner'",
-                {"key": "support.bin" if self.bin else "support.tilt_deg", "why": why},
+                {"key": "support.bin" if self.bin else slope, "why": why},
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _a_bin_stands_as_it_is_known(self) -> SupportConfig:
+        if self.bin and self.slope_error_deg != 0.0:
+            raise PydanticCustomError(
+                "idle",
+                "support.slope_error_deg is for an open table, and the walls of a bin stand as the hand knows them; "
+                "leave it out",
+                {"key": "support.slope_error_deg"},
             )
         return self
 

@@ -170,7 +170,7 @@ class _Loop:
         self._watchdog = Watchdog(label)
         self._saturation = Saturation(attempt.period)
         self._fallbacks = self._limited = 0
-        self._recorder = Recorder(attempt.simulation, attempt.arm, attempt.plan.direction) if record else None
+        self._recorder = Recorder(attempt) if record else None
         self._frames = FrameFeed(attempt.simulation, on_frame) if on_frame else None
         self._ticks: list[float] = []
         self._next_progress = 0.0
@@ -317,7 +317,8 @@ class _Loop:
         if attempt.scenario.program != "grasp":
             return 0, ""
         simulation = attempt.simulation
-        tool = attempt.arm.update(simulation.observe().q, np.zeros(attempt.arm.nv)).pose.translation
+        pose = attempt.arm.update(simulation.observe().q, np.zeros(attempt.arm.nv)).pose
+        tool = (attempt.transform_known_to_scene @ pose).translation
         lift = attempt.scenario.strategy.lift_height
         grasped = held_objects(simulation.data, simulation.scene.objects, tool, attempt.pile.poses[:, 2], lift)
         return grasped, "" if grasped else "nothing was in the hand after the lift"

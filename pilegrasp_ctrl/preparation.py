@@ -31,7 +31,7 @@ from .sim.rim_check import RimCheck
 from .sim.scene import build_scene
 from .sim.start_posture import StartPosture
 from .sim.wrist_sensor import WristSensor
-from .types import Array, ControllerOutput, Observation
+from .types import Array, ControllerOutput, Observation, Pose
 
 LIFT_BACK = 0.06
 """In a bin the lift leaves the wall by this much, so that the fingers do not wipe over its rim [m]."""
@@ -46,7 +46,9 @@ class Attempt:
     Attributes:
         scenario: what was asked for.
         seed: of pile and sensor noise.
-        arm: the arm with the hand's mass, tool frame and base.
+        arm: the arm with the hand's mass, tool frame and base, as it is known.
+        transform_known_to_scene: from the frame in which arm and plan count to that of the simulation; the identity
+            unless the floor slopes in another way than is known.
         plan: start pose and primitives.
         simulation: at the start posture, the pile settled.
         control: from observation and target to torque.
@@ -59,6 +61,7 @@ class Attempt:
     scenario: Scenario
     seed: int
     arm: ArmModel
+    transform_known_to_scene: Pose
     plan: Plan
     simulation: Simulation
     control: Control
@@ -75,7 +78,9 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
         PilegraspError: where one of these cannot be done.
     """
     steps, hand, kind, layout, control = _parts(scenario)
-    pile = settle_pile(kind, scenario.pile.count, layout, seed, scenario.sim.contact_rule, scenario.sim.timestep)
+    error = np.radians(scenario.support.slope_error_deg)
+    numerics = scenario.sim.contact_rule, scenario.sim.timestep
+    pile = settle_pile(kind, scenario.pile.count, layout.rising(error), seed, *numerics)
     goal = layout.goals[0] if layout.goals else None
     if scenario.program != "line" and goal is None:
         center, extent, _ = _aim(scenario, layout, kind, pile.poses, None)
@@ -98,13 +103,16 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
         search.solve(delivery_pose(hand.theta), q)
     else:
         plan, q = plan_to(pile.poses, goal)
-    scene = build_scene(scenario, hand, kind, layout)
+    # Planned on the floor as it is known, carried out on the floor as it is.
+    true = layout.rising(error)
+    known_to_scene = true.transform_from(layout)
+    scene = build_scene(scenario, hand, kind, true)
     period = steps * scenario.sim.timestep
-    sensor = WristSensor(scene.model, tool, scenario.sensor, period, seed)
+    sensor = WristSensor(scene.model, tool, scenario.sensor, period, seed, known_to_scene.rotation.T)
     simulation = Simulation(scene, sensor, steps)
     simulation.reset(q, pile.poses)
     rims = RimCheck(scene, layout.walls)
-    return Attempt(scenario, seed, arm, plan, simulation, control(arm, q), period, pile, rims, order)
+    return Attempt(scenario, seed, arm, known_to_scene, plan, simulation, control(arm, q), period, pile, rims, order)
 
 
 def check(scenario: Scenario) -> None:

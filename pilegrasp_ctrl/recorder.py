@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arm_model import ArmModel
 from .arm_state import ArmState
 from .contacts import Contacts
+from .preparation import Attempt
 from .primitives.primitive import Target
 from .recording import Recording
-from .sim.backend import Simulation
 from .sim.contact_forces import ContactForces
 from .sim.drawing import drawn_bodies
 from .types import Array, Observation
@@ -39,17 +38,20 @@ UNITS = {
 class Recorder:
     """Samples bodies and contacts at 30 Hz and signals at 100 Hz.
 
-    No wall-clock time enters, so equal attempts give equal bytes.
+    No wall-clock time enters, so equal attempts give equal bytes. Positions are those of the scene; wrenches, and the
+    forces that follow from them, are along the axes that the arm takes for the world's.
 
     Attributes:
         push_direction: (3,) along which the force of the push is noted.
     """
 
-    def __init__(self, simulation: Simulation, arm: ArmModel, push_direction: Array) -> None:
-        self._simulation, self._torque_limit = simulation, arm.torque_limit
-        self.push_direction = push_direction
-        self._bodies, self._ids = drawn_bodies(simulation.scene)
-        self._contact_forces = ContactForces(simulation.scene.model, self._bodies, self._ids)
+    def __init__(self, attempt: Attempt) -> None:
+        self._simulation, self._torque_limit = attempt.simulation, attempt.arm.torque_limit
+        self._to_scene = attempt.transform_known_to_scene
+        self.push_direction = attempt.plan.direction
+        scene = self._simulation.scene
+        self._bodies, self._ids = drawn_bodies(scene)
+        self._contact_forces = ContactForces(scene.model, self._bodies, self._ids)
         self._frames: list[tuple[float, Array, Array]] = []
         self._contacts: list[tuple[NDArray[np.int32], Array, Array]] = []
         self._rows: list[dict[str, Any]] = []
@@ -90,10 +92,13 @@ class Recorder:
                 "closure": target.closure,
                 "q": observation.q,
                 "v": observation.v,
-                "tool_position": state.pose.translation,
-                "reference_position": reference.translation,
+                "tool_position": self._in_scene(state.pose.translation),
+                "reference_position": self._in_scene(reference.translation),
             }
         )
+
+    def _in_scene(self, point: Array) -> Array:
+        return self._to_scene.translation + self._to_scene.rotation @ point
 
     def finish(self, meta: dict[str, Any]) -> Recording:
         """Return the recording."""

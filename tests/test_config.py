@@ -104,6 +104,8 @@ def test_the_documented_scenarios_are_those_that_ship():
         ("support.kind", "walls"),
         ("support.tilt_deg", -1.0),
         ("support.tilt_deg", 15.1),
+        ("support.slope_error_deg", -3.1),
+        ("support.slope_error_deg", 3.1),
         ("support.bin", "yes"),
         ("controller.rate", 99),
         ("controller.solver", "gurobi"),
@@ -182,8 +184,8 @@ def test_a_misspelt_key_is_an_error_with_a_suggestion(key, tmp_path):
         ("count", "did you mean 'pile.count' or 'order.count'?"),
         ("speed", "did you mean 'strategy.speed' or 'line.speed'?"),
         ("piles", "did you mean 'pile'?"),
-        ("support", "it is a table of support.kind, support.tilt_deg, support.bin"),
-        ("support.walls", "valid keys are support.kind, support.tilt_deg, support.bin"),
+        ("support", "it is a table of support.kind, support.tilt_deg, support.slope_error_deg, support.bin"),
+        ("support.walls", "valid keys are support.kind, support.tilt_deg, support.slope_error_deg, support.bin"),
     ],
 )
 def test_a_suggestion_heeds_the_tables(key, words):

@@ -76,7 +76,7 @@ class Layout:
         frame_yaw: the frame's rotation about z [rad].
         walls: the support's walls.
         foot: from the arm's axis to the line about which a tilt turns the floor [m].
-        tilt: how far the floor slopes down toward the support [rad].
+        tilt: how far the floor slopes down toward the support [rad]; negative where it rises.
         goals: what a push may go to in a bin, the one of `kind` first; without a bin there is no choice.
         back: how far the arm stands back from the world's origin, along -x [m].
     """
@@ -103,6 +103,20 @@ class Layout:
     def gravity(self) -> Array:
         """Acceleration of gravity (3,) in the scene [m/s²]."""
         return self.transform_base_to_world.rotation @ STANDARD_GRAVITY
+
+    def rising(self, angle: float) -> Layout:
+        """Return the layout with a floor that rises toward the support by `angle` [rad] more, before the same arm."""
+        return replace(self, tilt=self.tilt - angle)
+
+    def transform_from(self, known: Layout) -> Pose:
+        """Return where the scene's frame of `known` lies in that of this layout.
+
+        An arm that takes the floor to be as in `known` counts from there; both frames are fixed to its base.
+        """
+        if self.tilt == known.tilt:
+            # Exactly, where the product would leave rounding.
+            return Pose(np.zeros(3))
+        return self.transform_base_to_world @ known.transform_base_to_world.inverse()
 
     def standing_back(self, touch: Array, objects: Array) -> Layout:
         """Return the layout with the arm so far back that the hand can touch the table at `touch`.

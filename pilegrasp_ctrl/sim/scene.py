@@ -78,7 +78,7 @@ def new_spec(timestep: float, file: str | None = None) -> mujoco.MjSpec:
 def add_support(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
     """Add table and walls, and the gravity that goes with their tilt; return the names of their geoms."""
     spec.option.gravity = layout.gravity
-    if layout.tilt > 0.0:
+    if layout.tilt != 0.0:
         spec.option.sleep_tolerance = SLOPE_SLEEP_TOLERANCE
     spec.worldbody.add_geom(
         name="table",

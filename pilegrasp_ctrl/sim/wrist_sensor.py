@@ -30,7 +30,13 @@ class WristSensor:
     """
 
     def __init__(
-        self, model: mujoco.MjModel, tool: MassProperties, config: SensorConfig, period: float, seed: int
+        self,
+        model: mujoco.MjModel,
+        tool: MassProperties,
+        config: SensorConfig,
+        period: float,
+        seed: int,
+        axes: Array | None = None,
     ) -> None:
         """Draw the offset and the drift of this attempt.
 
@@ -40,6 +46,7 @@ class WristSensor:
             config: which calibration, and its faults.
             period: of the control; `read` is called once in it [s].
             seed: of offset, drift and noise.
+            axes: (3, 3) from the scene's axes to those that the arm takes for the world's; the same where absent.
         """
         first = int(model.sensor("wrist_force").adr[0])
         self._channels = slice(first, first + 6)
@@ -56,7 +63,8 @@ class WristSensor:
         # What takes the tool's weight off, as a linear map of the vertical in sensor axes.
         mass = tool.mass * (1.0 + config.tool_mass_error)
         gravity = np.linalg.norm(model.opt.gravity)
-        self._up = -model.opt.gravity / gravity
+        self._axes = np.eye(3) if axes is None else axes
+        self._up = -self._axes.dot(model.opt.gravity) / gravity
         self._lift = gravity * mass * np.vstack((np.eye(3), _cross(tool.center_of_mass)))
         self._sigma = np.repeat(np.array([config.force_noise, config.torque_noise], dtype=float), 3)
         self._rng = np.random.default_rng([seed, 0x5E])
@@ -104,7 +112,7 @@ class WristSensor:
         ):
             self._saturate(steps)
         local = self._from_steps.dot(steps)
-        rotation = data.site_xmat[self._site].reshape(3, 3)
+        rotation = self._rotation(data)
         local += self._lift.dot(self._up.dot(rotation))
         local -= self._zero
         wrench = local.reshape(2, 3).dot(rotation.T).reshape(6)
@@ -118,10 +126,14 @@ class WristSensor:
         low-pass holds is the zero, not one noisy sample.
         """
         held = self.read(data) if self._filtered is None else self._filtered
-        rotation = data.site_xmat[self._site].reshape(3, 3)
+        rotation = self._rotation(data)
         self._zero += held.reshape(2, 3).dot(rotation).reshape(6)
         self._filtered = np.zeros(6)
         self.saturated = ""
+
+    def _rotation(self, data: mujoco.MjData) -> Array:
+        """Return the sensor's rotation (3, 3) as encoders and base tell it."""
+        return self._axes.dot(data.site_xmat[self._site].reshape(3, 3))
 
     def _saturate(self, steps: Array) -> None:
         """Hold the channels at their ranges, in place, and say which; a value that is not finite is not one of them."""
