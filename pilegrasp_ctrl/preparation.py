@@ -10,6 +10,7 @@ import numpy as np
 from .arm_model import ArmModel
 from .arm_state import ArmState
 from .config import Scenario
+from .config_sections import StrategyConfig
 from .control.gains import Impedance, MotionGains, load_gains
 from .control.hybrid_impedance import HybridImpedanceController
 from .control.operational_space import OperationalSpaceController
@@ -18,7 +19,17 @@ from .exceptions import ConfigurationError, UnreachablePoseError
 from .order import Order, delivery_pose
 from .primitives.object_choice import choose_object
 from .primitives.primitive import Target
-from .primitives.strategy import HAND_HALF_WIDTH, Plan, Tool, line_plan, pile_extent, pile_strategy, touch_point
+from .primitives.strategy import (
+    HAND_HALF_WIDTH,
+    HAND_ROOM,
+    Plan,
+    Tool,
+    line_plan,
+    pile_extent,
+    pile_strategy,
+    tool_rotation,
+    touch_point,
+)
 from .robots import names, path
 from .sim.backend import Simulation
 from .sim.hand import Hand
@@ -27,6 +38,7 @@ from .sim.object_mix import Objects
 from .sim.objects import kind_of
 from .sim.pile import Pile, settle_pile
 from .sim.push_goal import PushGoal
+from .sim.push_line import line_between
 from .sim.rim_check import RimCheck
 from .sim.scene import build_scene
 from .sim.start_posture import StartPosture
@@ -83,7 +95,7 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     pile = settle_pile(kind, scenario.pile.count, layout.rising(error), seed, *numerics)
     goal = layout.goals[0] if layout.goals else None
     if scenario.program != "line" and goal is None:
-        center, extent, _ = _aim(scenario, layout, kind, pile.poses, None)
+        center, extent, _ = _aim(scenario, hand, layout, kind, pile.poses, None)
         layout = layout.standing_back(touch_point(scenario.strategy, center, extent), pile.poses[:, :2])
     tool = hand.mass_properties()
     base = layout.transform_base_to_world
@@ -93,7 +105,9 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     search = StartPosture(scenario.robot, hand.transform_tool_to_flange, base)
 
     def plan_to(poses: Array, goal: PushGoal | None, posture: Array | None = None) -> tuple[Plan, Array]:
-        return _plan_within_reach(scenario, hand, layout, _aim(scenario, layout, kind, poses, goal), search, posture)
+        return _plan_within_reach(
+            scenario, hand, layout, _aim(scenario, hand, layout, kind, poses, goal), search, posture
+        )
 
     order = None
     if scenario.program == "order":
@@ -174,7 +188,7 @@ def _plan_within_reach(
 
 
 def _aim(
-    scenario: Scenario, layout: Layout, kind: Objects, poses: Array, goal: PushGoal | None
+    scenario: Scenario, hand: Hand, layout: Layout, kind: Objects, poses: Array, goal: PushGoal | None
 ) -> tuple[Array, float, float]:
     """Return what the hand aims at (2,), how far the pile reaches from there toward the hand [m], and alpha's zero."""
     positions, radius, yaw = poses[:, :2], kind.bounding_radius, goal.yaw if goal else 0.0
@@ -188,8 +202,21 @@ def _aim(
     elif scenario.strategy.kind == "object":
         axes = _axes(poses[:, 3:]) if kind.shape == "cylinder" else None
         center = positions[choose_object(poses[:, :3], direction, radius, axes)]
-    extent = pile_extent(positions, radius, center, direction) if len(positions) else 0.5 * layout.frame_size
+    else:
+        center = line_between(layout.walls, _turned(hand, scenario.strategy), direction, center)
+    # A bin has no way to begin farther back.
+    room = radius if goal else HAND_ROOM
+    extent = pile_extent(positions, radius, center, direction, room) if len(positions) else 0.5 * layout.frame_size
     return center, extent, yaw
+
+
+def _turned(hand: Hand, strategy: StrategyConfig) -> Array:
+    """Return the hand's outline (n, 4) as it pushes, seen from the fingertips in the axes of the world [m]."""
+    outline = hand.outline()
+    yaw = np.radians(strategy.alpha_deg + strategy.beta_deg)
+    theta = hand.theta if strategy.theta_deg is None else np.radians(strategy.theta_deg)
+    outline[:, :3] = outline[:, :3] @ tool_rotation(yaw, theta).T
+    return outline
 
 
 def _axes(quaternions: Array) -> Array:

@@ -13,7 +13,7 @@ from pilegrasp_ctrl.primitives.primitive import Sensed, Target
 from pilegrasp_ctrl.primitives.push import Push
 from pilegrasp_ctrl.primitives.release import Release
 from pilegrasp_ctrl.primitives.scoop import Scoop
-from pilegrasp_ctrl.primitives.strategy import Tool, line_plan, pile_extent, pile_strategy, tool_rotation
+from pilegrasp_ctrl.primitives.strategy import HAND_ROOM, Tool, line_plan, pile_extent, pile_strategy, tool_rotation
 from pilegrasp_ctrl.types import Pose, Reference
 
 X = np.array([1.0, 0.0, 0.0])
@@ -155,3 +155,11 @@ def test_the_piles_edge_ignores_strays():
     assert pile_extent(behind, radius, center, push) == pytest.approx(0.127)
     aside = np.vstack([row, [-0.14, 0.2]])
     assert pile_extent(aside, radius, center, push) == pytest.approx(0.127)
+
+
+def test_a_gap_too_narrow_for_the_hand_belongs_to_the_pile():
+    radius, center, push = 0.027, np.zeros(2), X[:2]
+    narrow, wide = (np.array([[0.0, 0.0], [-2.0 * radius - gap, 0.0]]) for gap in (HAND_ROOM - 0.01, HAND_ROOM + 0.01))
+    assert pile_extent(narrow, radius, center, push) == pytest.approx(3.0 * radius + HAND_ROOM - 0.01)
+    assert pile_extent(wide, radius, center, push) == pytest.approx(radius)
+    assert pile_extent(narrow, radius, center, push, room=radius) == pytest.approx(radius)

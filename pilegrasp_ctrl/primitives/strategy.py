@@ -22,6 +22,8 @@ START_BACK = 0.06
 """The attempt starts this far above the surface and behind the pre-grasp pose [m]."""
 PRE_GRASP_HEIGHT = 0.06
 HAND_HALF_WIDTH = 0.06
+HAND_ROOM = 0.12
+"""A gap in the pile takes the hand when it is this wide: its fingers, and the way that it begins with [m]."""
 UP = np.array([0.0, 0.0, 1.0])
 LIFT_SPEED = 0.12
 HOLD_TIME = 1.0
@@ -79,24 +81,25 @@ def tool_rotation(yaw: float, theta: float) -> Array:
     return np.array([[cy * ct, -sy, cy * st], [sy * ct, cy, sy * st], [-st, 0.0, ct]])
 
 
-def pile_extent(positions: Array, radius: float, center: Array, direction: Array) -> float:
+def pile_extent(positions: Array, radius: float, center: Array, direction: Array, room: float = HAND_ROOM) -> float:
     """Return how far the pile reaches back from its centre against the push [m], strays left out.
 
-    Only objects in the hand's way count; and the extent ends at the first gap, seen from the centre, through which
-    half an object would fit.
+    Only objects in the hand's way count; and the extent ends at the first gap, seen from the centre, in which the hand
+    can come down. In a narrower one it would come down on the objects behind it.
 
     Args:
         positions: (n, 2) of the objects' centres [m].
         radius: of an object [m].
         center: (2,) of the pile [m].
         direction: (2,) of the push.
+        room: width of such a gap [m].
     """
     offset = positions - center
     lateral = np.abs(offset @ np.array([-direction[1], direction[0]]))
     back = np.sort(-offset[lateral < HAND_HALF_WIDTH + radius] @ direction)
     edge = 0.0
     for distance in back[back > 0.0]:
-        if distance - edge > 3.0 * radius:
+        if distance - edge > 2.0 * radius + room:
             break
         edge = float(distance)
     return edge + radius

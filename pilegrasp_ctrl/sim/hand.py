@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import mujoco
@@ -12,7 +13,7 @@ import numpy as np
 
 from ..config_sections import HandModelConfig
 from ..robots import description
-from ..types import MassProperties, Pose
+from ..types import Array, MassProperties, Pose
 from .hand_model import varied
 from .rbo_hand2 import add_rbo_hand2
 from .shovel import add_shovel
@@ -91,6 +92,23 @@ class Hand:
         normal = np.array([math.cos(angle), 0.0, math.sin(angle)])
         rotation = np.column_stack([along, np.cross(normal, along), normal])
         return Pose(self.parameters["hand"]["tool_origin"], rotation)
+
+    def outline(self) -> Array:
+        """Return balls that span sensor and hand at rest (n, 4): middle in the tool frame and radius [m]."""
+        model = self.alone().compile()
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        balls = []
+        for geom in range(model.ngeom):
+            middle, half, radius = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:], 0.0
+            if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CAPSULE:
+                radius = model.geom_size[geom, 0]
+            corners = middle + (half - radius) * np.array(list(product((-1.0, 1.0), repeat=3)))
+            corners = data.geom_xpos[geom] + corners @ data.geom_xmat[geom].reshape(3, 3).T
+            balls.append(np.column_stack([corners, np.full(len(corners), radius)]))
+        in_flange = np.vstack(balls)
+        tool = self.transform_tool_to_flange
+        return np.column_stack([(in_flange[:, :3] - tool.translation) @ tool.rotation, in_flange[:, 3]])
 
     def mass_properties(self) -> MassProperties:
         """Return mass, centre of mass and inertia of sensor and hand at rest, in the flange's axes."""

@@ -1,0 +1,87 @@
+"""The line of a push into a corner: both sides of the hand meet their walls at the same time."""
+
+import numpy as np
+import pytest
+
+from pilegrasp_ctrl.config import load_scenario
+from pilegrasp_ctrl.config_sections import PileConfig, SupportConfig
+from pilegrasp_ctrl.preparation import prepare
+from pilegrasp_ctrl.primitives.strategy import tool_rotation
+from pilegrasp_ctrl.sim.hand import Hand
+from pilegrasp_ctrl.sim.layout import CORNER_DISTANCE, make_layout
+from pilegrasp_ctrl.sim.push_line import CLEARANCE, line_between
+
+POINT = np.array([1.0, -0.02])
+APEX = np.array([CORNER_DISTANCE, 0.0])
+
+
+def walls(kind):
+    return make_layout(SupportConfig(kind=kind), PileConfig(), 0.054).walls
+
+
+def along(alpha):
+    return np.array([np.cos(np.radians(alpha)), np.sin(np.radians(alpha))])
+
+
+def turned(hand, alpha, beta):
+    outline = hand.outline()
+    outline[:, :3] = outline[:, :3] @ tool_rotation(np.radians(alpha + beta), hand.theta).T
+    return outline
+
+
+def gaps(outline, fingertips):
+    """Distance of the hand to the left and to the right wall of the corner [m]."""
+    low = outline[outline[:, 2] - outline[:, 3] < 0.16]
+    normals = -np.array([along(45.0), along(-45.0)])
+    return ((fingertips - APEX + low[:, :2]) @ normals.T - low[:, 3:]).min(axis=0)
+
+
+def test_a_ball_between_two_walls_goes_along_their_bisector():
+    ball = np.array([[0.0, 0.0, 0.0, 0.03]])
+    np.testing.assert_allclose(line_between(walls("corner"), ball, along(0.0), POINT), [1.0, 0.0], atol=1e-12)
+
+
+def test_what_is_above_the_walls_needs_no_room():
+    balls = np.array([[0.0, 0.0, 0.0, 0.03], [0.0, -0.2, 0.2, 0.03]])
+    np.testing.assert_allclose(line_between(walls("corner"), balls, along(0.0), POINT), [1.0, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["rbo_hand2", "shovel"])
+@pytest.mark.parametrize("alpha", [-30.0, 0.0, 20.0])
+@pytest.mark.parametrize("beta", [-20.0, 0.0])
+def test_both_sides_of_the_hand_meet_their_walls_at_once(name, alpha, beta):
+    outline = turned(Hand.load(name), alpha, beta)
+    line = line_between(walls("corner"), outline, along(alpha), POINT)
+    assert (line - POINT) @ along(alpha) == pytest.approx(0.0, abs=1e-12)
+    left, right = -along(45.0) @ along(alpha), -along(-45.0) @ along(alpha)
+    gap = gaps(outline, line) - CLEARANCE
+    assert gap[0] / left == pytest.approx(gap[1] / right)
+
+
+@pytest.mark.parametrize("beta", [-20.0, 0.0, 20.0])
+def test_the_thumb_keeps_clear_of_a_wall_along_the_push(beta):
+    outline = turned(Hand.load("rbo_hand2"), 45.0, beta)
+    line = line_between(walls("corner"), outline, along(45.0), POINT)
+    for way in (-0.1, 0.0, 0.05):
+        assert gaps(outline, line + way * along(45.0))[1] == pytest.approx(CLEARANCE)
+
+
+@pytest.mark.parametrize("kind", ["none", "wall"])
+def test_without_two_walls_the_push_stays_where_the_pile_is(kind):
+    outline = turned(Hand.load("rbo_hand2"), 45.0, -20.0)
+    assert line_between(walls(kind), outline, along(45.0), POINT) is POINT
+
+
+def test_a_wall_that_the_push_leaves_behind_does_not_count():
+    outline = turned(Hand.load("rbo_hand2"), 60.0, 0.0)
+    assert line_between(walls("corner"), outline, along(60.0), POINT) is POINT
+
+
+def test_an_attempt_among_cylinders_in_a_corner_touches_down_beside_the_wall(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    keys = {"pile.object": "cylinder", "pile.count": 3, "support.kind": "corner"}
+    keys |= {"strategy.alpha_deg": 45.0, "strategy.beta_deg": -20.0}
+    plan = prepare(load_scenario("spheres_wall", keys), 0).plan
+    outline = turned(Hand.load("rbo_hand2"), 45.0, -20.0)
+    for pose in (plan.waypoints[1], plan.end):
+        assert gaps(outline, pose.translation[:2])[1] == pytest.approx(CLEARANCE)
