@@ -36,6 +36,10 @@ from .types import Array, ControllerOutput, Observation
 LIFT_BACK = 0.06
 """In a bin the lift leaves the wall by this much, so that the fingers do not wipe over its rim [m]."""
 
+LEAST_CLEARANCE = 0.01
+"""Where the near wall leaves no room for `strategy.clearance` the hand comes down nearer to the pile, but not nearer
+than this [m]."""
+
 Control = Callable[[Observation, Target, ArmState], ControllerOutput]
 
 
@@ -181,7 +185,20 @@ def _aim(
         axes = _axes(poses[:, 3:]) if kind.shape == "cylinder" else None
         center = positions[choose_object(poses[:, :3], direction, radius, axes)]
     extent = pile_extent(positions, radius, center, direction) if len(positions) else 0.5 * layout.frame_size
+    if goal:
+        extent -= _moved_in(goal, touch_point(scenario.strategy, center, extent, yaw), scenario.strategy.clearance)
     return center, extent, yaw
+
+
+def _moved_in(goal: PushGoal, touch: Array, clearance: float) -> float:
+    """Return by how much the hand comes down nearer to the pile than at `touch` (2,), for the wrist's sake [m]."""
+    lacking = goal.lacking(touch)
+    if lacking > max(0.0, clearance - LEAST_CLEARANCE):
+        raise UnreachablePoseError(
+            f"the pile before {goal.name} reaches so near to the arm that the wrist would hit the bin's near wall "
+            f"({1000 * lacking:.0f} mm of room are missing); lower pile.count"
+        )
+    return lacking
 
 
 def _axes(quaternions: Array) -> Array:
