@@ -103,17 +103,17 @@ class Order:
     def next_plan(self, poses: Array, posture: Array | None = None) -> tuple[str, Plan, Array]:
         """Return the name of the next attempt's goal, its plan and the posture at its start.
 
-        The rule: the goal that has most objects before the hand, the scenario's own among equals; and not the one at
-        which the last attempt has delivered nothing.
+        The rule: the goal that has most objects before the hand, the scenario's own among equals; and the one at which
+        the last attempt has delivered nothing only where the arm can get to no other.
 
         Raises:
             UnreachablePoseError: where the arm can get to none of them.
         """
         pile = poses[inside(poses[:, :3], BIN_CENTER, BIN_INNER)]
         last = self.attempts[-1] if self.attempts else None
-        goals = [goal for goal in self._goals if last is None or last.delivered or goal.name != last.goal]
-        goals.sort(key=lambda goal: -goal.lane(pile[:, :2], HAND_HALF_WIDTH)[1])
-        for goal in goals:
+        vain = last.goal if last is not None and not last.delivered else ""
+        lanes = {goal.name: goal.lane(pile[:, :2], HAND_HALF_WIDTH)[1] for goal in self._goals}
+        for goal in sorted(self._goals, key=lambda goal: (goal.name == vain, -lanes[goal.name])):
             try:
                 return goal.name, *self._plan_to(pile, goal, posture)
             except UnreachablePoseError as error:

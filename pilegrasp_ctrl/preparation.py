@@ -7,28 +7,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .aim import Aim
 from .arm_model import ArmModel
 from .arm_state import ArmState
 from .config import Scenario
-from .config_sections import StrategyConfig
 from .control.gains import Impedance, MotionGains, load_gains
 from .control.hybrid_impedance import HybridImpedanceController
 from .control.operational_space import OperationalSpaceController
 from .control.tool_axes import move_wrench
 from .exceptions import ConfigurationError, UnreachablePoseError
 from .order import Order, delivery_pose
-from .primitives.object_choice import choose_object
 from .primitives.primitive import Target
 from .primitives.strategy import (
-    HAND_HALF_WIDTH,
-    HAND_ROOM,
     Plan,
     Tool,
     line_plan,
-    pile_extent,
     pile_strategy,
-    tool_rotation,
-    touch_point,
 )
 from .robots import names, path
 from .sim.backend import Simulation
@@ -38,7 +32,6 @@ from .sim.object_mix import Objects
 from .sim.objects import kind_of
 from .sim.pile import Pile, settle_pile
 from .sim.push_goal import PushGoal
-from .sim.push_line import line_between
 from .sim.rim_check import RimCheck
 from .sim.scene import build_scene
 from .sim.start_posture import StartPosture
@@ -95,8 +88,8 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     pile = settle_pile(kind, scenario.pile.count, layout.rising(error), seed, *numerics)
     goal = layout.goals[0] if layout.goals else None
     if scenario.program != "line" and goal is None:
-        center, extent, _ = _aim(scenario, hand, layout, kind, pile.poses, None)
-        layout = layout.standing_back(touch_point(scenario.strategy, center, extent), pile.poses[:, :2])
+        aim = Aim.at(scenario.strategy, hand, layout, kind, pile.poses, None)
+        layout = layout.standing_back(aim.touch(scenario.strategy), pile.poses[:, :2])
     tool = hand.mass_properties()
     base = layout.transform_base_to_world
     arm = ArmModel.load(
@@ -105,9 +98,8 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     search = StartPosture(scenario.robot, hand.transform_tool_to_flange, base)
 
     def plan_to(poses: Array, goal: PushGoal | None, posture: Array | None = None) -> tuple[Plan, Array]:
-        return _plan_within_reach(
-            scenario, hand, layout, _aim(scenario, hand, layout, kind, poses, goal), search, posture
-        )
+        aim = Aim.at(scenario.strategy, hand, layout, kind, poses, goal)
+        return _plan_within_reach(scenario, hand, layout, aim, search, posture)
 
     order = None
     if scenario.program == "order":
@@ -167,7 +159,7 @@ def _plan_within_reach(
     scenario: Scenario,
     hand: Hand,
     layout: Layout,
-    aim: tuple[Array, float, float],
+    aim: Aim,
     search: StartPosture,
     posture: Array | None,
 ) -> tuple[Plan, Array]:
@@ -187,56 +179,17 @@ def _plan_within_reach(
     return plan, q
 
 
-def _aim(
-    scenario: Scenario, hand: Hand, layout: Layout, kind: Objects, poses: Array, goal: PushGoal | None
-) -> tuple[Array, float, float]:
-    """Return what the hand aims at (2,), how far the pile reaches from there toward the hand [m], and alpha's zero."""
-    positions, radius, yaw = poses[:, :2], kind.bounding_radius, goal.yaw if goal else 0.0
-    alpha = yaw + np.radians(scenario.strategy.alpha_deg)
-    direction = np.array([np.cos(alpha), np.sin(alpha)])
-    center = np.median(positions, axis=0) if len(positions) else layout.frame_center
-    if goal:
-        # The bin leaves the hand less room than an open table: its line is the goal's, its start the pile's.
-        foot, _ = goal.lane(positions, HAND_HALF_WIDTH)
-        center = foot + min((center - foot) @ direction, -radius) * direction
-    elif scenario.strategy.kind == "object":
-        axes = _axes(poses[:, 3:]) if kind.shape == "cylinder" else None
-        center = positions[choose_object(poses[:, :3], direction, radius, axes)]
-    else:
-        center = line_between(layout.walls, _turned(hand, scenario.strategy), direction, center)
-    # A bin has no way to begin farther back.
-    room = radius if goal else HAND_ROOM
-    extent = pile_extent(positions, radius, center, direction, room) if len(positions) else 0.5 * layout.frame_size
-    return center, extent, yaw
-
-
-def _turned(hand: Hand, strategy: StrategyConfig) -> Array:
-    """Return the hand's outline (n, 4) as it pushes, seen from the fingertips in the axes of the world [m]."""
-    outline = hand.outline()
-    yaw = np.radians(strategy.alpha_deg + strategy.beta_deg)
-    theta = hand.theta if strategy.theta_deg is None else np.radians(strategy.theta_deg)
-    outline[:, :3] = outline[:, :3] @ tool_rotation(yaw, theta).T
-    return outline
-
-
-def _axes(quaternions: Array) -> Array:
-    """Return the directions of the objects' own z axes (n, 3); quaternions (n, 4) are wxyz."""
-    w, x, y, z = quaternions.T
-    return np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
-
-
-def _plan(scenario: Scenario, hand: Hand, layout: Layout, aim: tuple[Array, float, float], farthest: float) -> Plan:
+def _plan(scenario: Scenario, hand: Hand, layout: Layout, aim: Aim, farthest: float) -> Plan:
     if scenario.program == "line":
         return line_plan(scenario.line, _tool(hand))
-    center, extent, yaw = aim
     return pile_strategy(
         scenario.strategy,
         _tool(hand),
-        center,
-        extent,
+        aim.point,
+        aim.extent,
         farthest,
         grasp=scenario.program != "push",
-        yaw=yaw,
+        yaw=aim.yaw,
         back=LIFT_BACK if layout.goals else None,
         arm_axis=np.array([-layout.back, 0.0]),
     )

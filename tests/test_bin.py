@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 
 from pilegrasp_ctrl import run
+from pilegrasp_ctrl.aim import Aim
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.config_sections import PileConfig, SupportConfig
-from pilegrasp_ctrl.exceptions import PileError
+from pilegrasp_ctrl.exceptions import PileError, UnreachablePoseError
 from pilegrasp_ctrl.preparation import prepare
 from pilegrasp_ctrl.sim.crate import BIN_INNER
 from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.layout import WALL_DISTANCE, make_layout
+from pilegrasp_ctrl.sim.objects import kind_of
 from pilegrasp_ctrl.sim.push_goal import PushGoal
 from pilegrasp_ctrl.sim.start_posture import StartPosture
 
@@ -75,6 +77,39 @@ def test_a_lane_lies_where_most_objects_are_within_the_hands_room():
     foot, count = corner.lane(np.array([[1.0 - math.sqrt(3.0) * 0.1, 0.09], [0.9, -0.1]]), 0.05)
     np.testing.assert_allclose(foot, corner.foot)
     assert count == 1
+
+
+def test_the_hand_comes_down_where_the_wrist_clears_the_near_wall():
+    wall, corner = layout_of("wall").goals
+    assert wall.lacking(np.array([0.72, 0.1])) == 0.0
+    assert wall.lacking(np.array([0.68, 0.1])) == pytest.approx(0.02)
+    assert corner.lacking(np.array([0.65, 0.0])) == pytest.approx(0.01 / math.cos(math.radians(30.0)))
+    assert PushGoal("wall", np.zeros(2), 0.0).lacking(np.array([-5.0, 0.0])) == 0.0
+
+
+@pytest.mark.parametrize(("nearest_ball", "touch"), [(0.80, 0.723), (0.77, 0.70), (0.74, 0.70)])
+def test_a_pile_near_the_arm_is_met_with_less_clearance(nearest_ball, touch):
+    scenario = load_scenario("bin_picking")
+    kind, layout = kind_of(scenario.pile), layout_of()
+    balls = np.zeros((5, 7))
+    balls[:, :3] = np.array([np.linspace(nearest_ball, 0.97, 5), np.zeros(5), np.full(5, 0.027)]).T
+    aim = Aim.at(scenario.strategy, Hand.load("rbo_hand2"), layout, kind, balls, layout.goals[0])
+    assert aim.touch(scenario.strategy)[0] == pytest.approx(touch)
+
+
+def test_a_pile_too_near_for_the_wrist_is_out_of_reach():
+    scenario = load_scenario("bin_picking")
+    balls = np.zeros((5, 7))
+    balls[:, :3] = np.array([np.linspace(0.73, 0.97, 5), np.zeros(5), np.full(5, 0.027)]).T
+    with pytest.raises(UnreachablePoseError, match="the wrist would hit the bin's near wall"):
+        Aim.at(
+            scenario.strategy,
+            Hand.load("rbo_hand2"),
+            layout_of(),
+            kind_of(scenario.pile),
+            balls,
+            layout_of().goals[0],
+        )
 
 
 def placed(attempt, part, target):

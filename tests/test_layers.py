@@ -27,7 +27,7 @@ LAYERS = {
     "recording": ({"recording", "contacts"}, {"base"}, set()),
     "viewer": ({"viewer"}, {"base", "recording"}, {"meshcat"}),
     "episode": (
-        {"episode", "order", "preparation", "recorder"},
+        {"aim", "episode", "order", "preparation", "recorder"},
         {"base", "robots", "control", "sim", "recording"},
         {"pinocchio", "mujoco"},
     ),

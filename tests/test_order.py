@@ -136,6 +136,13 @@ def test_a_goal_out_of_reach_is_passed_over_and_none_in_reach_ends_the_order():
     assert world.names == []
 
 
+def test_the_goal_that_was_tried_in_vain_is_taken_again_where_no_other_is_in_reach():
+    world = World([0, 4])
+    world.unreachable = {"corner_left"}
+    assert world.fill() == ""
+    assert [attempt.goal for attempt in world.order.attempts] == ["wall", "wall"]
+
+
 def test_a_failed_primitive_is_an_attempt_and_the_arm_is_withdrawn():
     world = World(["collision with the bin's rim", 4])
     assert world.fill() == ""

@@ -158,8 +158,56 @@ def test_what_balances_is_awakened_until_it_stays():
 
 def test_a_pile_that_never_stays_is_said(monkeypatch):
     monkeypatch.setattr(pile, "STAYS", 0.0)
-    with pytest.raises(PileError, match="did not stay where it had come to rest"):
+    with pytest.raises(PileError, match="did not stay where it had come to rest in any of 6 falls"):
         settled(count=3)
+
+
+def test_what_creeps_on_has_not_come_to_rest(monkeypatch):
+    monkeypatch.setattr(pile, "DRIFTS", 0.0)
+    with pytest.raises(PileError, match="did not stay"):
+        settled(count=3)
+
+
+@pytest.mark.parametrize(
+    ("name", "seed", "within"),
+    [
+        ("light_sphere", 0, 1e-4),
+        ("heavy_sphere", 1, 1e-4),
+        ("apple", 2, 1e-4),
+        ("cylinder", 2, 1e-4),
+        ("lime_net", 1, 1e-3),
+    ],
+)
+def test_a_heap_in_the_tilted_bin_stays_until_the_hand_comes(name, seed, within):
+    config = PileConfig(object=name, count=15 if name == "lime_net" else 18)
+    kind = kind_of(config)
+    layout = make_layout(SupportConfig(bin=True, tilt_deg=5.0), config, kind.diameter)
+    poses = settle_pile(kind, config.count, layout, seed, "paper", 1e-3).poses
+    model = pile.pile_model(kind, config.count, layout, "paper", 1e-3)
+    data = mujoco.MjData(model)
+    data.qpos[:], data.mocap_pos[0, 2] = poses.ravel(), 1.0
+    stepper = Stepper(model, data)
+    for _ in range(3000):
+        stepper.step()
+    assert np.abs(data.qpos.reshape(-1, 7)[:, :3] - poses[:, :3]).max() < within
+
+
+def test_a_pile_that_does_not_stay_is_dropped_anew_and_each_fall_follows_from_the_seed(monkeypatch):
+    falls = []
+
+    def unsteady(kind, count, layout, rng, rule, timestep):
+        falls.append(rng.random())
+        return None if len(falls) % 3 else pile.Pile(np.full((count, 7), falls[-1]), 0.5)
+
+    monkeypatch.setattr(pile, "_drop", unsteady)
+    first = settled(count=3, seed=7)[2]
+    # The cache holds the fall that stayed.
+    np.testing.assert_array_equal(settled(count=3, seed=7)[2], first)
+    settled(count=3, seed=8)
+    assert falls[0] == np.random.default_rng(7).random()
+    assert len(set(falls)) == len(falls) == 6
+    pile._simulate(*(None, 3, None, 7, "paper", 1e-3))
+    assert falls[6:] == falls[:3]
 
 
 def test_a_pile_that_does_not_come_to_rest_is_said(monkeypatch):

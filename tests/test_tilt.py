@@ -73,6 +73,26 @@ def test_a_ball_rolls_down_as_the_formula_says_and_rests_against_the_low_wall(so
     assert np.abs(data.qvel).max() < 0.01
 
 
+def test_friction_among_objects_holds_on_a_slope_as_it_need_not_on_the_level():
+    def friction_damping(tilt):
+        scenario = load_scenario("bin_picking", {"support.tilt_deg": tilt, "pile.count": 2})
+        model = prepare(scenario, 0).simulation.scene.model
+        geoms = {mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom): geom for geom in range(model.ngeom)}
+        pairs = {
+            frozenset(pair): damping
+            for pair, damping in zip(
+                zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True),
+                model.pair_solreffriction[:, 1],
+                strict=True,
+            )
+        }
+        others = [("object_0", "object_1"), ("object_0", "table"), ("object_1", "bin_far"), ("object_0", "sensor")]
+        return model.opt.impratio, [pairs[frozenset(geoms[name] for name in pair)] for pair in others]
+
+    assert friction_damping(0.0) == (3.0, [0.0, 0.0, 0.0, 0.0])
+    assert friction_damping(5.0) == (10.0, pytest.approx([-1000.0, -1000.0, -1000.0, 0.0]))
+
+
 @pytest.fixture(scope="module")
 def attempt():
     return prepare(

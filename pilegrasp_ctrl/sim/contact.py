@@ -24,6 +24,11 @@ HAND_IMPEDANCE = 0.96
 """The same for the end-effector. A contact is as stiff as its lighter body is heavy, and a fingertip has 5 g: at 0.8 a
 push of 20 N would press it 9 mm into the table."""
 
+SLIP_TIME = 1.0
+"""On a slope the friction among objects takes slip away in this many steps. MuJoCo's friction yields like a damper, and
+takes the contact's own unless told otherwise: that of a ball that bounces is so weak that a heap of them which leans on
+the low wall flows at 2 to 15 mm/s and never falls asleep. On the level nothing pulls."""
+
 RESTING_IMPEDANCE = 0.05
 IMPEDANCE_WIDTH = 0.002
 """A contact that need not bounce starts soft and reaches its impedance at this depth [m]; a pressed hand then stays in
@@ -32,11 +37,16 @@ contact instead of chattering on it."""
 
 @dataclass(frozen=True, slots=True)
 class PairParameters:
-    """Fields of an `mjsPair`: `friction` (5,), `solref` (2,) in MuJoCo's direct (negative) format, `solimp` (5,)."""
+    """Fields of an `mjsPair`.
+
+    `friction` (5,), `solref` (2,) in MuJoCo's direct (negative) format, `solimp` (5,), and `solreffriction` (2,), of
+    which zeros stand for `solref`.
+    """
 
     friction: tuple[float, float, float, float, float]
     solref: tuple[float, float]
     solimp: tuple[float, float, float, float, float]
+    solreffriction: tuple[float, float] = (0.0, 0.0)
 
 
 def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
@@ -72,15 +82,20 @@ def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
 
 
 @lru_cache(maxsize=256)
-def pair_parameters(surface: Surface, timestep: float) -> PairParameters:
-    """Return MuJoCo's numbers for the coefficients of one contact, at a step of the physics [s]."""
+def pair_parameters(surface: Surface, timestep: float, slope: bool = False) -> PairParameters:
+    """Return MuJoCo's numbers for the coefficients of one contact, at a step of the physics [s].
+
+    With `slope` the friction of what is no end-effector holds a load that stands, see `SLIP_TIME`.
+    """
     damping_ratio = damping_ratio_for(surface.restitution, NATURAL_FREQUENCY * timestep)
     impedance = HAND_IMPEDANCE if surface.rank == 2 else OBJECT_IMPEDANCE
     first = RESTING_IMPEDANCE if surface.restitution == 0.0 else impedance
+    holds = slope and surface.rank < 2
     return PairParameters(
         friction=(surface.lateral, surface.lateral, surface.spinning, surface.rolling, surface.rolling),
         solref=(-(NATURAL_FREQUENCY**2), -2.0 * damping_ratio * NATURAL_FREQUENCY),
         solimp=(first, impedance, IMPEDANCE_WIDTH, 0.5, 2.0),
+        solreffriction=(-(NATURAL_FREQUENCY**2), -1.0 / (SLIP_TIME * timestep)) if holds else (0.0, 0.0),
     )
 
 
@@ -92,6 +107,6 @@ def add_pair(spec: mujoco.MjSpec, geom1: str, geom2: str, parameters: PairParame
         condim=condim,
         friction=parameters.friction,
         solref=parameters.solref,
-        solreffriction=(0.0, 0.0),
+        solreffriction=parameters.solreffriction,
         solimp=parameters.solimp,
     )

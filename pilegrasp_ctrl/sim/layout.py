@@ -41,13 +41,14 @@ WALL_HALF_LENGTH = {"wall": 0.50, "corner": 0.30}
 """Half sizes of the walls [m]."""
 
 BIN_GOALS = {
-    "wall": (0.0, 0.0, (-0.03, 0.12)),
-    "corner_left": (0.5 * BIN_INNER[1], 30.0, (0.0, 0.0)),
+    "wall": (0.0, 0.0, (-0.03, 0.12), 0.70),
+    "corner_left": (0.5 * BIN_INNER[1], 30.0, (0.0, 0.0), 0.66),
 }
-"""Of a push in the bin: y of the wall's middle or of the corner [m], direction [deg], room [m]. The thumb reaches
-0.145 m to the right of the hand, the little finger 0.05 m to the left; the right corner has no room for the thumb. Into
-the left one the push runs 30° off the bin's length: at 45°, along the bisector, the wrist would come down on the right
-wall."""
+"""Of a push in the bin: y of the wall's middle or of the corner [m], direction [deg], room [m], and least x of the
+fingertips at touch-down [m]: on a push to the wall that came down at 0.69 m the wrist met the near wall's rim. The
+thumb reaches 0.145 m to the right of the hand, the little finger 0.05 m to the left; the right corner has no room for
+the thumb. Into the left one the push runs 30° off the bin's length: at 45°, along the bisector, the wrist would come
+down on the right wall."""
 
 BIN_CENTER = np.array([WALL_DISTANCE - 0.5 * BIN_INNER[0], 0.0])
 """(2,) of the bin's floor [m]."""
@@ -196,8 +197,8 @@ def _bin_layout(kind: SupportKind, size: float, tilt: float, order: bool) -> Lay
             "lower pile.frame_size or pile.count"
         )
     goals = [
-        PushGoal(name, np.array([WALL_DISTANCE, y]), math.radians(yaw), room)
-        for name, (y, yaw, room) in BIN_GOALS.items()
+        PushGoal(name, np.array([WALL_DISTANCE, y]), math.radians(yaw), room, nearest)
+        for name, (y, yaw, room, nearest) in BIN_GOALS.items()
     ]
     goals.sort(key=lambda goal: not goal.name.startswith(kind))
     center = np.array([WALL_DISTANCE - 0.5 * size, 0.5 * (width - size) if kind == "corner" else 0.0])

@@ -20,12 +20,18 @@ class PushGoal:
         yaw: direction of the push of alpha = 0 about z [rad].
         room: to either side of `foot` along the wall, within which the hand finds room between its neighbours: least
             and greatest offset of the push's line [m]. A corner leaves none.
+        nearest: least x of the fingertips at touch-down [m]; nearer than that the wrist would hit the bin's near wall.
     """
 
     name: str
     foot: Array
     yaw: float
     room: tuple[float, float] = (0.0, 0.0)
+    nearest: float = -math.inf
+
+    def lacking(self, touch: Array) -> float:
+        """Return how far the hand must come down further along the push than at `touch` (2,) for the wrist [m]."""
+        return max(0.0, (self.nearest - float(touch[0])) / math.cos(self.yaw))
 
     def lane(self, positions: Array, half_width: float) -> tuple[Array, int]:
         """Return a point (2,) at the goal on the line of the push that has most objects before it, and their number.

@@ -29,6 +29,11 @@ COLLISION_TOLERANCE = 1e-10
 """Of libccd [m], which finds the contacts of ellipsoids; at MuJoCo's 1e-6 it misses the shallowest. MuJoCo's own search
 (4.0) stops at a wrong face about once in a thousand shallow contacts of two ellipsoids: apples that overlap by 0.01 mm
 are then reported, and thrown apart, as if by 14. What is done about cylinders says `Stepper`."""
+FRICTION_RATIO = 3.0
+"""How much harder a contact's friction is than its normal direction: MuJoCo's `impratio`."""
+SLOPE_FRICTION_RATIO = 10.0
+"""The same on a slope, where a heap leans on its friction and flows as far as that yields; see also `SLIP_TIME`. At 30
+the solver's iterations no longer suffice, and what they leave undone keeps apples and heavy spheres awake."""
 SLEEP_TOLERANCE = 5e-3
 """An island whose generalised velocities, scaled by length, stay below this [m/s] falls asleep."""
 SLOPE_SLEEP_TOLERANCE = 5e-4
@@ -66,7 +71,7 @@ def new_spec(timestep: float, file: str | None = None) -> mujoco.MjSpec:
     # Newton stalls now and then on a light finger between two balls, and a stalled step throws both away.
     option.solver = mujoco.mjtSolver.mjSOL_CG
     option.iterations = SOLVER_ITERATIONS
-    option.impratio = 3.0
+    option.impratio = FRICTION_RATIO
     # A state that is not finite must reach the watchdog; MuJoCo would start again from time zero.
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     # A pile at rest costs nothing while the arm is still in the air; whatever touches it wakes it.
@@ -80,6 +85,7 @@ def add_support(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
     spec.option.gravity = layout.gravity
     if layout.tilt != 0.0:
         spec.option.sleep_tolerance = SLOPE_SLEEP_TOLERANCE
+        spec.option.impratio = SLOPE_FRICTION_RATIO
     spec.worldbody.add_geom(
         name="table",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
@@ -127,8 +133,9 @@ def add_objects(spec: mujoco.MjSpec, kind: Objects, count: int, supports: list[s
 
 
 def contact(spec: mujoco.MjSpec, first: Surface, second: Surface, rule: Rule) -> PairParameters:
-    """Return the parameters of the contact of two surfaces at the step of `spec`."""
-    return pair_parameters(combine(first, second, rule), spec.option.timestep)
+    """Return the parameters of the contact of two surfaces at the step and under the gravity of `spec`."""
+    slope = bool(np.any(spec.option.gravity[:2]))
+    return pair_parameters(combine(first, second, rule), spec.option.timestep, slope)
 
 
 def furnish(spec: mujoco.MjSpec, hand: Hand, kind: Objects, count: int, layout: Layout, rule: Rule) -> list[str]:
