@@ -26,8 +26,9 @@ CARRY_HEIGHT = 0.22
 """Of the fingertips over the floor while the hand travels; the rims are at 0.16 m [m]."""
 SHORT = 0.04
 """The fingertips stop this far before the middle of the order's crate; what they hold rolls off forward [m]."""
-RELEASE_TIME = 1.0
-"""The hand stays open for this long before it moves on, and before what it dropped is counted [s]."""
+RELEASE_TIME = 2.0
+"""The hand stays open for this long before it moves on, and before what it dropped is counted [s]. A cylinder takes
+1.8 s to roll off the fingers and down into the crate."""
 
 Look = Callable[[], tuple[Array, Array, Array, float]]
 """Returns the objects' poses (n, 7), the tool's position (3,) [m], the arm's posture (nv,) [rad] and the time [s]."""
