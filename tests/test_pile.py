@@ -86,10 +86,9 @@ def test_a_cache_that_cannot_be_written_does_not_matter(tmp_path, monkeypatch):
 
 
 def test_frame_sizes_are_the_papers():
-    sizes = [frame_size(PileConfig(count=count)) for count in (18, 14, 10, 5, 30, 60, 90)]
-    assert sizes[:3] == [0.25, 0.18, 0.15]
-    # All others have the footprint of an object among 18.
-    np.testing.assert_allclose(np.square(sizes[3:]) / (5, 30, 60, 90), 0.25**2 / 18)
+    sizes = [frame_size(PileConfig(count=count)) for count in (18, 14, 10, 60, 30)]
+    assert sizes[:4] == [0.25, 0.18, 0.15, 0.25]
+    assert sizes[4] == pytest.approx(0.25 * np.sqrt(30 / 18))
     assert frame_size(PileConfig(count=18, frame_size=0.4)) == 0.4
 
 

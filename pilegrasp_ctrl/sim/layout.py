@@ -142,13 +142,15 @@ def _occupied(objects: Array, back: float) -> bool:
 def frame_size(pile: PileConfig) -> float:
     """Return the inner side of the dropping frame [m].
 
-    The paper's sizes for its three counts; other counts keep the footprint per object of the 18-object pile. Balls that
-    are heaped up in layers roll apart over the whole table when their frame is lifted, and a hand meets few of them.
+    The paper's sizes for its three counts; other counts keep the footprint per object of the 18-object pile up to 30
+    objects; above that the 0.25 m frame is filled in layers.
     """
     if pile.frame_size is not None:
         return pile.frame_size
     if pile.count in PAPER_FRAMES:
         return PAPER_FRAMES[pile.count]
+    if pile.count > 30:
+        return 0.25
     return 0.25 * math.sqrt(max(pile.count, 1) / 18.0)
 
 
@@ -167,8 +169,6 @@ def make_layout(support: SupportConfig, pile: PileConfig, object_diameter: float
             "raise pile.frame_size or lower pile.scale"
         )
     if support.bin:
-        # Many objects lie in layers, held by the bin.
-        size = size if pile.frame_size is not None else min(size, BIN_INNER[1])
         return _bin_layout(support.kind, size, tilt, order)
     if support.kind == "corner":
         half_diagonal = size / math.sqrt(2.0)
