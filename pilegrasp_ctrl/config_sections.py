@@ -164,7 +164,9 @@ class SensorConfig(Section):
     cutoff: float = Field(default=8.0, ge=0.1, le=1000.0, description="corner of the first-order low-pass [Hz]")
     force_noise: Noise = Field(default=None, description="standard deviation; range of Fx / 1300 where absent [N]")
     torque_noise: Noise = Field(default=None, description="standard deviation; range / 2500 where absent [N·m]")
-    calibration: Calibration = Field(default="SI-65-5", description="of the ATI Gamma, which sets range and resolution")
+    calibration: Calibration = Field(
+        default="SI-130-10", description="of the ATI Gamma, which sets range and resolution"
+    )
     bias: Share = Field(default=0.01, description="largest constant offset, as a share of the range")
     drift: Share = Field(default=0.001, description="largest drift in a minute, as a share of the range [1/min]")
     tool_mass_error: float = Field(default=0.0, ge=-0.5, le=0.5, description="error of the tool's mass, as a share")

@@ -15,7 +15,7 @@ from pilegrasp_ctrl.sim.wrist_sensor import WristSensor
 from pilegrasp_ctrl.trajectories.straight_line import StraightLine
 
 GRAVITY = 9.81
-IDEAL = {"force_noise": 0.0, "torque_noise": 0.0, "cutoff": 1e3, "bias": 0.0, "drift": 0.0}
+IDEAL = {"calibration": "SI-65-5", "force_noise": 0.0, "torque_noise": 0.0, "cutoff": 1e3, "bias": 0.0, "drift": 0.0}
 TOOL_SIDE = 0.049
 """Height of the sensor's tool side over the flange, where the sensor measures [m]."""
 UPRIGHT, LYING = (0.0, 0.0, 0.0), (0.0, np.pi / 2.0, 0.0)
@@ -76,7 +76,7 @@ def test_noise_follows_the_calibration_unless_it_is_given():
         config = SensorConfig(calibration=name)
         assert config.force_noise == pytest.approx(calibration.range[0] / 1300)
         assert config.torque_noise == pytest.approx(calibration.range[3] / 2500)
-    assert (SensorConfig().force_noise, SensorConfig().torque_noise) == (0.05, 0.002)
+    assert (SensorConfig().force_noise, SensorConfig().torque_noise) == (0.1, 0.004)
     given = build_scenario({}, {"sensor.calibration": "SI-130-10", "sensor.force_noise": 0.0}).sensor
     assert (given.force_noise, given.torque_noise) == (0.0, 0.004)
 

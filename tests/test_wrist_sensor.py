@@ -60,7 +60,7 @@ def test_one_kilogram_reads_its_weight_at_any_tilt(hand_name, tilt):
 def test_an_empty_hand_reads_nothing(hand_name):
     hand, model = mounted(hand_name, [0.4, 1.1, -0.2])
     wrench, _ = settled_reading(hand, model)
-    np.testing.assert_allclose(wrench[:3], 0.0, atol=0.01)
+    np.testing.assert_allclose(wrench[:3], 0.0, atol=0.03)
 
 
 def test_a_push_is_read_as_what_the_environment_does():

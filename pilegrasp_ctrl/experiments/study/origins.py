@@ -23,7 +23,7 @@ _PACKAGE = Path(__file__).resolve().parents[2]
 # What decides a result; the command line, the viewer and the experiments only ask for it and show it.
 _CODE = (
     *("types.py", "config.py", "config_sections.py", "arm_model.py", "arm_state.py", "tasks", "limits", "control"),
-    *("trajectories", "primitives", "sim", "preparation.py", "episode.py", "order.py", "recorder.py"),
+    *("trajectories", "primitives", "sim", "aim.py", "preparation.py", "episode.py", "order.py", "recorder.py"),
 )
 
 
