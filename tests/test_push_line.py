@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
+from pilegrasp_ctrl.aim import Aim
 from pilegrasp_ctrl.config import load_scenario
-from pilegrasp_ctrl.config_sections import PileConfig, SupportConfig
+from pilegrasp_ctrl.config_sections import PileConfig, StrategyConfig, SupportConfig
 from pilegrasp_ctrl.preparation import prepare
 from pilegrasp_ctrl.primitives.strategy import tool_rotation
 from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.layout import CORNER_DISTANCE, make_layout
+from pilegrasp_ctrl.sim.objects import kind_of
 from pilegrasp_ctrl.sim.push_line import CLEARANCE, line_between
 
 POINT = np.array([1.0, -0.02])
@@ -85,3 +87,17 @@ def test_an_attempt_among_cylinders_in_a_corner_touches_down_beside_the_wall(tmp
     outline = turned(Hand.load("rbo_hand2"), 45.0, -20.0)
     for pose in (plan.waypoints[1], plan.end):
         assert gaps(outline, pose.translation[:2])[1] == pytest.approx(CLEARANCE)
+
+
+@pytest.mark.parametrize(("alpha", "beta"), [(0.0, 0.0), (30.0, -10.0), (45.0, -20.0)])
+def test_beside_a_wall_the_push_ends_behind_the_middle_of_the_pile(alpha, beta):
+    strategy = StrategyConfig(alpha_deg=alpha, beta_deg=beta)
+    pile = PileConfig()
+    layout = make_layout(SupportConfig(kind="wall"), pile, 0.054)
+    poses = np.zeros((3, 7))
+    poses[:, :2] = [[0.90, 0.0], [0.93, 0.02], [0.96, 0.3]]
+    aim = Aim.at(strategy, Hand.load("rbo_hand2"), layout, kind_of(pile), poses, None)
+    behind = np.array([layout.foot - 0.027, 0.02])
+    offset = behind - aim.touch(strategy)
+    assert offset @ along(alpha) > 0.1
+    np.testing.assert_allclose(offset - (offset @ along(alpha)) * along(alpha), 0.0, atol=1e-9)
