@@ -312,8 +312,9 @@ def test_an_interrupt_is_status_130(capsys, attempts, monkeypatch):
 
 
 def test_progress_is_shown_only_where_somebody_watches(capsys, attempts, monkeypatch):
-    answer(capsys, "run", "spheres_wall", "--json")
-    assert attempts[0]["progress"] is None
+    _, _, err = answer(capsys, "run", "spheres_wall", "--json")
+    attempts[0]["progress"](0.5, "push")
+    assert err + capsys.readouterr().err == ""
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     status, out, _ = answer(capsys, "run", "spheres_wall", "--json")
     assert status == 0

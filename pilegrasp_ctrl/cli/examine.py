@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ..exceptions import PilegraspError
 from .application import app
-from .options import DebugOption, JsonOption, make_console, print_json
+from .options import DebugOption, JsonOption, make_console, make_progress, print_json
 
 if TYPE_CHECKING:
     from ..doctor import Check
@@ -46,10 +44,8 @@ def _measure() -> list[PhysicsCheck]:
     """Carry out the checks of the physics, with a progress bar on standard error where somebody watches."""
     from ..experiments.physics.suite import physics_checks
 
-    if not sys.stderr.isatty():
-        return physics_checks()
     columns = (BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with make_progress(*columns) as bar:
         task = bar.add_task("", total=1.0)
         return physics_checks(lambda share, name: bar.update(task, completed=share, description=escape(name)))
 

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
 from ..exceptions import ExportError
 from ..output_file import VIEWS, check_output
 from .application import app
-from .options import DebugOption, JsonOption, print_json
+from .options import DebugOption, JsonOption, make_progress, print_json
 
 if TYPE_CHECKING:
     from ..recording import Recording
@@ -106,12 +104,9 @@ def with_motion(recording: Recording) -> Recording:
 
 
 @contextmanager
-def drawing_progress(path: Path) -> Iterator[Callable[[int, int], None] | None]:
+def drawing_progress(path: Path) -> Iterator[Callable[[int, int], None]]:
     """Show on standard error how many pictures are drawn; nothing where nobody watches."""
-    if not sys.stderr.isatty():
-        yield None
-        return
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with make_progress(*columns) as bar:
         task = bar.add_task(f"drawing {path.name}", total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.table import Table
 
 from .application import app
-from .options import DebugOption, JsonOption, make_console, print_json
+from .options import DebugOption, JsonOption, make_console, make_progress, print_json
 from .sweep import JobsOption, SchedulerOption, study_progress, worker_count
 
 if TYPE_CHECKING:
@@ -157,13 +156,10 @@ def _command(names: list[str] | None, attempts: int | None, first_seed: int, out
 
 
 @contextmanager
-def _pages() -> Iterator[Callable[[int, int], None] | None]:
+def _pages() -> Iterator[Callable[[int, int], None]]:
     """Show how many typical attempts have been recorded; nothing where nobody watches."""
-    if not sys.stderr.isatty():
-        yield None
-        return
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), MofNCompleteColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with make_progress(*columns) as bar:
         task = bar.add_task("recordings", total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 

@@ -97,8 +97,7 @@ def _record(folder: Path, rows: list[AttemptRow], number: int) -> int:
                     "was made by another version; sweep again, or leave out --recordings"
                 )
             with_motion(result.recording).save(place / f"{row.stem}.npz")
-            if progress:
-                progress(index + 1, len(chosen))
+            progress(index + 1, len(chosen))
     return len(chosen)
 
 
@@ -118,8 +117,7 @@ def _links(folder: Path, rows: list[AttemptRow]) -> Links:
             if not _newer(page, source):
                 write_html(with_motion(Recording.load(source)), page)
             pages[row.stem] = f"{RECORDINGS}/{page.name}"
-            if progress:
-                progress(index + 1, len(recorded))
+            progress(index + 1, len(recorded))
     pairs: dict[str, str] = {}
     for config_hash in dict.fromkeys(row.config_hash for row in recorded):
         verdicts = {row.success: row for row in reversed(recorded) if row.config_hash == config_hash}

@@ -9,15 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import Progress, SpinnerColumn, TextColumn
+from rich.progress import SpinnerColumn, TextColumn
 from rich.table import Table
 
 from ..output_file import VIEWS, check_output
 from .application import app
 from .export import drawing_progress
-from .options import DebugOption, JsonOption, make_console, print_json
+from .options import DebugOption, JsonOption, make_console, make_progress, print_json
 
 if TYPE_CHECKING:
     from ..episode import EpisodeResult
@@ -112,14 +111,9 @@ def _live_view(title: str) -> Iterator[LiveView]:
 
 
 @contextmanager
-def _progress(name: str) -> Iterator[Callable[[float, str], None] | None]:
+def _progress(name: str) -> Iterator[Callable[[float, str], None]]:
     """Show the simulated time and the primitive while an attempt runs; nothing where nobody watches."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    with Progress(
-        SpinnerColumn(), TextColumn("{task.description}"), console=Console(stderr=True), transient=True
-    ) as bar:
+    with make_progress(SpinnerColumn(), TextColumn("{task.description}")) as bar:
         task = bar.add_task(escape(f"{name}: preparing"))
         yield lambda time, primitive: bar.update(task, description=escape(f"{name}: {time:.1f} s, {primitive}"))
 

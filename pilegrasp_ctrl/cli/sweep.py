@@ -12,14 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.table import Table
 
 from ..exceptions import ConfigurationError
 from .application import app
-from .options import DebugOption, JsonOption, make_console, print_json
+from .options import DebugOption, JsonOption, make_console, make_progress, print_json
 
 if TYPE_CHECKING:
     from ..experiments.study.attempt_row import AttemptRow
@@ -186,18 +185,15 @@ def _configuration(scenario: str, vary: Mapping[str, Any], overrides: Mapping[st
 
 
 @contextmanager
-def study_progress(name: str) -> Iterator[Callable[[StudyProgress], None] | None]:
+def study_progress(name: str) -> Iterator[Callable[[StudyProgress], None]]:
     """Show what is done, its rate, the time left and the successes so far; nothing where nobody watches."""
-    if not sys.stderr.isatty():
-        yield None
-        return
     columns = (
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),
         MofNCompleteColumn(),
         TextColumn("{task.fields[state]}"),
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with make_progress(*columns) as bar:
         task = bar.add_task(escape(name), total=None, state="preparing")
         yield lambda study: bar.update(task, completed=study.done, total=study.total, state=describe(study))
 

@@ -11,14 +11,13 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from ..exceptions import ConfigurationError
 from .application import app
-from .options import DebugOption, JsonOption, make_console, print_json
+from .options import DebugOption, JsonOption, make_console, make_progress, print_json
 
 
 class Kind(StrEnum):
@@ -121,11 +120,8 @@ def _command(scenario: str, options: Mapping[str, Any], settings: list[str], out
 
 
 @contextmanager
-def _progress(name: str) -> Iterator[Callable[[str, int, int, float | None], None] | None]:
+def _progress(name: str) -> Iterator[Callable[[str, int, int, float | None], None]]:
     """Show what is done, its rate, the time left and the best so far; nothing where nobody watches."""
-    if not sys.stderr.isatty():
-        yield None
-        return
     columns = (
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),
@@ -134,7 +130,7 @@ def _progress(name: str) -> Iterator[Callable[[str, int, int, float | None], Non
         TimeRemainingColumn(),
         TextColumn("{task.fields[best]}"),
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with make_progress(*columns) as bar:
         task = bar.add_task(escape(f"{name}: preparing"), total=None, rate="", best="")
         stage, best = "", ""
 
