@@ -182,5 +182,9 @@ def test_a_small_real_run_can_be_continued_and_shows_what_it_found(tmp_path, mon
     again = capsys.readouterr()
     assert "0 of them missing" in again.err
     assert json.loads(again.out) == document
+    (out / pages[0]).unlink()
+    assert main([*command, "--no-recordings"]) == 0
+    linked = [file for claim in json.loads(capsys.readouterr().out)["claims"] for file in claim["recordings"].values()]
+    assert {*linked} - {None} == {*pages} - {pages[0]}
     assert main([*command[:6], "--seeds-from", "4", *command[8:]]) == 2
     assert "first seed = 3" in capsys.readouterr().err

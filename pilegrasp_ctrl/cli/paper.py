@@ -54,7 +54,7 @@ def paper(
         int, typer.Option(min=0, metavar="SEED", help="First seed of every condition; below 10000 to try things out.")
     ] = JUDGING,
     recordings: Annotated[
-        bool, typer.Option("--recordings/--no-recordings", help="Whether to show typical attempts.")
+        bool, typer.Option("--recordings/--no-recordings", help="Whether to make pages of typical attempts.")
     ] = True,
     dry_run: Annotated[
         bool,

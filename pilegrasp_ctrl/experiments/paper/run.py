@@ -69,7 +69,7 @@ def write_results(
         store: of the study.
         command: what the user typed.
         first_seed: of every condition.
-        recordings: whether to show typical attempts.
+        recordings: whether to make pages of typical attempts; those that are there are linked in any case.
         progress: called with the number of pages that are written, and of all.
     """
     experiments = [experiment(name) for name in NAMES]
@@ -78,9 +78,9 @@ def write_results(
     if recordings:
         show((example for *_, examples in entries for example in examples), store, progress)
     claims = documents(entries)
-    if not recordings:
-        for claim in claims:
-            claim["recordings"] = {"success": None, "failure": None}
+    for claim in claims:
+        found = claim["recordings"].items()
+        claim["recordings"] = {kind: file if file and (store.folder / file).is_file() else None for kind, file in found}
     drawn = [part for part in experiments if any(evidence.of(row.condition).n for row in part.rows)]
     (store.folder / FIGURES).mkdir(exist_ok=True)
     figures = {
