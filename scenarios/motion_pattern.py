@@ -26,6 +26,7 @@ def recordings(support: str, seeds: range) -> Iterator[Recording]:
 def main() -> None:
     """Measure, print the table and what follows from it, draw."""
     first, last, folder = [*sys.argv[1:], *("0", "2", ".")[len(sys.argv) - 1 :]]
+    Path(folder).mkdir(parents=True, exist_ok=True)
     seeds = range(int(first), int(last))
     patterns = [MotionPattern.of(kind, recordings(kind, seeds)) for kind in ("none", "wall", "corner")]
     answers = verdict({pattern.name: pattern.measures for pattern in patterns})
