@@ -17,10 +17,9 @@ from pilegrasp_ctrl.recording import Recording
 
 def recordings(support: str, seeds: range) -> Iterator[Recording]:
     """Carry out the attempts with 18 light spheres."""
-    for seed in seeds:
-        result = pg.run("spheres_wall", seed=seed, record=True, overrides={"support.kind": support})
-        if result.recording is not None:
-            yield result.recording
+    keys = {"support.kind": support}
+    attempts = (pg.run("spheres_wall", seed=seed, record=True, overrides=keys) for seed in seeds)
+    yield from (attempt.recording for attempt in attempts if attempt.recording is not None)
 
 
 def main() -> None:
