@@ -134,7 +134,7 @@ def test_an_unknown_hand_is_named():
 def test_the_outline_spans_the_hand_in_its_tool_frame():
     soft, rigid = (Hand.load(name).outline() for name in ("rbo_hand2", "shovel"))
     least, greatest = (soft[:, :3] - soft[:, 3:]).min(axis=0), (soft[:, :3] + soft[:, 3:]).max(axis=0)
-    # The thumb reaches 0.145 m to the right of the gap of ring and middle finger, the little finger 0.046 m to the left.
+    # From the gap of ring and middle finger the thumb reaches to the right, the little finger to the left.
     assert least[1] == pytest.approx(-0.145, abs=2e-3)
     assert greatest[1] == pytest.approx(0.046, abs=2e-3)
     assert greatest[0] == pytest.approx(0.0, abs=0.01)

@@ -205,3 +205,8 @@ def test_pybullet_is_never_asked_for_by_the_library():
     root = Path(__file__).parents[1] / "pilegrasp_ctrl"
     own = [file for file in root.rglob("*.py") if "scenarios" not in file.parts]
     assert [file.name for file in own if "import pybullet" in file.read_text(encoding="utf-8")] == []
+
+
+def test_a_measurement_that_came_from_numpy_is_still_json():
+    row = json.loads(json.dumps(PhysicsCheck("x", 1.0, np.float64(1.1), np.float64(0.2), "-").as_dict()))
+    assert (row["measured"], row["ok"]) == (1.1, True)

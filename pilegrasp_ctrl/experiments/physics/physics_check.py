@@ -37,7 +37,7 @@ class PhysicsCheck:
             excess = abs(excess)
         elif self.relation == ">=":
             excess = -excess
-        return math.isfinite(self.measured) and excess <= self.tolerance
+        return bool(math.isfinite(self.measured) and excess <= self.tolerance)
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain JSON values; a measurement that is not finite becomes None."""
