@@ -188,3 +188,10 @@ def test_a_small_real_run_can_be_continued_and_shows_what_it_found(tmp_path, mon
     assert {*linked} - {None} == {*pages} - {pages[0]}
     assert main([*command[:6], "--seeds-from", "4", *command[8:]]) == 2
     assert "first seed = 3" in capsys.readouterr().err
+
+
+def test_a_shortened_run_keeps_all_attempts_where_a_cell_is_judged_alone():
+    planned = {work.condition.config_hash: work.attempts for work in plan([experiment("fig10")], 20)}
+    for count, attempts in ((5, 20), (10, 10)):
+        assert planned[spheres(0.06, "wall", SHOVEL, count).config_hash] == attempts
+    assert planned[spheres(0.06, "none", SHOVEL, 5).config_hash] == 10
