@@ -10,8 +10,8 @@ from ..study.store import StudyStore
 from .experiment import Experiment
 
 USUAL_COST = {"rbo_hand2": 1.5, "shovel": 0.95}
-"""Processor seconds of an attempt with 18 objects, its recording and measures included; on a machine whose caches others
-use as well it takes up to four times as long."""
+"""Processor seconds of an attempt with 18 objects, its recording and measures included; up to four times as
+many on a machine whose caches other programs use as well."""
 COST_OF_A_SPREAD_PILE = 0.042
 """More of them for each object above 30, most of it spent on letting the pile settle."""
 ATTEMPTS_IN_AN_ORDER = 9.0
