@@ -18,12 +18,7 @@ from .control.tool_axes import move_wrench
 from .exceptions import ConfigurationError, UnreachablePoseError
 from .order import Order, delivery_pose
 from .primitives.primitive import Target
-from .primitives.strategy import (
-    Plan,
-    Tool,
-    line_plan,
-    pile_strategy,
-)
+from .primitives.strategy import Plan, Tool, line_plan, pile_strategy
 from .robots import names, path
 from .sim.backend import Simulation
 from .sim.hand import Hand
