@@ -33,9 +33,6 @@ from .sim.start_posture import StartPosture
 from .sim.wrist_sensor import WristSensor
 from .types import Array, ControllerOutput, Observation, Pose
 
-LIFT_BACK = 0.06
-"""In a bin the lift leaves the wall by this much, so that the fingers do not wipe over its rim [m]."""
-
 Control = Callable[[Observation, Target, ArmState], ControllerOutput]
 
 
@@ -84,7 +81,7 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     goal = layout.goals[0] if layout.goals else None
     if scenario.program != "line" and goal is None:
         aim = Aim.at(scenario.strategy, hand, layout, kind, pile.poses, None)
-        layout = layout.standing_back(aim.touch(scenario.strategy), pile.poses[:, :2])
+        layout = layout.behind(aim.touch(scenario.strategy), aim.point, pile.poses[:, :2])
     tool = hand.mass_properties()
     base = layout.transform_base_to_world
     arm = ArmModel.load(
@@ -185,8 +182,7 @@ def _plan(scenario: Scenario, hand: Hand, layout: Layout, aim: Aim, farthest: fl
         farthest,
         grasp=scenario.program != "push",
         yaw=aim.yaw,
-        back=LIFT_BACK if layout.goals else None,
-        arm_axis=np.array([-layout.back, 0.0]),
+        arm_axis=np.array(layout.stand),
     )
 
 

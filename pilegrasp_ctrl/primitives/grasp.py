@@ -7,63 +7,42 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..types import Array, Pose, Reference
+from ..types import Reference
+from .pressure import Pressure, PressureKept
 from .primitive import Ending, Sensed, Target
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grasp:
-    """Close for `duration`, and go on along the push at a speed that falls to zero as the force reaches F_grasp.
-
-    The authors' arm keeps the pressure by being soft: at 17 N its reference is some 0.1 m ahead of it and stays there
-    while the fingers curl and give way. A stiffer arm has to follow.
+    """Close for `duration`.
 
     Attributes:
         duration: of the closing [s].
-        direction: (3,) of the push, a unit vector in the world.
-        speed: |v_hand| of the push [m/s].
-        grasp_force: F_grasp [N].
-        advance: farthest that the reference goes on [m].
+        pressure: on the pile meanwhile.
     """
 
     duration: float
-    direction: Array
-    speed: float
-    grasp_force: float
-    advance: float
+    pressure: Pressure
     name: str = "grasp"
     tares: ClassVar[bool] = False
 
     def begin(self, sensed: Sensed, last: Target) -> GraspPhase:
         """Start from the last reference pose, at F_grasp."""
-        return GraspPhase(self, sensed, last.reference.pose)
+        return GraspPhase(self, sensed, Reference(last.reference.pose), PressureKept(self.pressure, sensed))
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class GraspPhase:
-    """A grasp under way; remembers how far it has advanced."""
+    """A grasp under way."""
 
     plan: Grasp
     start: Sensed
-    here: Pose
-    _advanced: float = 0.0
-    _time: float | None = None
+    here: Reference
+    kept: PressureKept
 
     def target(self, sensed: Sensed) -> Target:
-        """Advance by the time that has passed since the last call, the hand closed."""
-        plan = self.plan
-        speed = plan.speed * float(np.clip(1.0 - self.pressure(sensed) / plan.grasp_force, -1.0, 1.0))
-        wanted = self._advanced + speed * (sensed.time - (self.start.time if self._time is None else self._time))
-        self._time = sensed.time
-        self._advanced = float(np.clip(wanted, -plan.advance, plan.advance))
-        moving = self._advanced == wanted
-        twist = np.concatenate([moving * speed * plan.direction, np.zeros(3)])
-        return Target(Reference(self.here.moved(self._advanced * plan.direction), twist), 1.0)
-
-    def pressure(self, sensed: Sensed) -> float:
-        """Return the force against the push [N]; it was F_grasp when the grasp began."""
-        change = self.plan.direction @ (sensed.wrench[:3] - self.start.wrench[:3])
-        return self.plan.grasp_force - float(change)
+        """Follow what gives way, the hand closed."""
+        return Target(self.kept.move(self.here, sensed), 1.0)
 
     def force(self, sensed: Sensed) -> float:
         """Return how much the force on the hand has changed."""

@@ -1,4 +1,4 @@
-"""Lift: straight up, or up and back from a wall, then hold."""
+"""Lift: straight up, or back from the support first, then hold."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from ..types import Array
 from .path_phase import PathPhase
 from .primitive import NO_FORCE, Ending, Sensed, Target
 
+UP = np.array([0.0, 0.0, 1.0])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lift:
@@ -22,8 +24,8 @@ class Lift:
         height: [m].
         speed: [m/s].
         hold: [s].
-        back: (3,) horizontal way that the hand, from where it is, goes on its way up [m]; where absent, the reference
-            keeps its place and with it the pressure on what is before the hand.
+        back: (3,) horizontal way that the hand, from where it is, goes first [m], rising as much; where absent, the
+            reference keeps its place and with it the pressure on what is before the hand.
     """
 
     height: float
@@ -36,10 +38,14 @@ class Lift:
     def begin(self, sensed: Sensed, last: Target) -> LiftPhase:
         """Start from the last reference pose."""
         start = last.reference.pose
-        way = np.zeros(3) if self.back is None else sensed.pose.translation - start.translation + self.back
-        way[2] = self.height
-        line = StraightLine(start, way, self.speed)
-        return LiftPhase(sensed, LineChain((line,)), last.closure, NO_FORCE, self)
+        if self.back is None:
+            lines: tuple[StraightLine, ...] = (StraightLine(start, self.height * UP, self.speed),)
+        else:
+            way = (sensed.pose.translation - start.translation + self.back) * (1.0 - UP)
+            rise = min(float(np.linalg.norm(way)), self.height)
+            away = StraightLine(start, way + rise * UP, self.speed)
+            lines = (away, StraightLine(away.end, (self.height - rise) * UP, self.speed))
+        return LiftPhase(sensed, LineChain(lines), last.closure, NO_FORCE, self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,6 +13,7 @@ from .approach import Approach
 from .grasp import Grasp
 from .lift import Lift
 from .move import Move
+from .pressure import Pressure
 from .primitive import Primitive
 from .push import Push
 from .scoop import Scoop
@@ -26,6 +27,9 @@ HAND_ROOM = 0.12
 """A gap in the pile takes the hand when it is this wide: its fingers, and the way that it begins with [m]."""
 UP = np.array([0.0, 0.0, 1.0])
 LIFT_SPEED = 0.12
+LIFT_BACK = 0.06
+"""The lift leaves the support by this much, as the authors' does by 0.05 m: straight up, an object that the fingers
+press to the wall rolls along it out of the hand, and in a bin the fingers wipe over the rim [m]."""
 HOLD_TIME = 1.0
 
 
@@ -39,7 +43,7 @@ class Tool:
         normal_force: desired force on the support [N].
         preshape: closure before the grasp.
         closing_time: [s].
-        advance: farthest that the reference goes on along the push while the hand closes [m].
+        advance: farthest that the reference goes on along the push while the hand closes or tilts [m].
         scoop_angle: how far to tilt back [rad].
         heel: from the leading edge to the heel [m].
     """
@@ -119,7 +123,6 @@ def pile_strategy(
     reach: float,
     grasp: bool = True,
     yaw: float = 0.0,
-    back: float | None = None,
     arm_axis: Array | None = None,
 ) -> Plan:
     """Return the plan of an attempt.
@@ -132,7 +135,6 @@ def pile_strategy(
         reach: farthest fingertip position from the arm's axis [m].
         grasp: whether grasp and lift follow the push.
         yaw: direction of alpha = 0 about z [rad].
-        back: how far the lift goes back from the support [m]; where absent it goes straight up.
         arm_axis: (2,) where the arm stands [m]; the origin where absent.
     """
     alpha = yaw + math.radians(config.alpha_deg)
@@ -149,15 +151,13 @@ def pile_strategy(
     push = Push(direction, config.speed, config.grasp_force, travel, tool.press_depth, tool.normal_force, tool.preshape)
     primitives: tuple[Primitive, ...] = (approach, push)
     if grasp:
+        pressure = Pressure(direction, config.speed, config.grasp_force, tool.advance)
         closing = (
-            Scoop(tool.scoop_angle, tool.heel, theta)
+            Scoop(tool.scoop_angle, tool.heel, theta, pressure)
             if tool.scoop_angle > 0.0
-            else Grasp(tool.closing_time, direction, config.speed, config.grasp_force, tool.advance)
+            else Grasp(tool.closing_time, pressure)
         )
-        primitives += (
-            closing,
-            Lift(config.lift_height, LIFT_SPEED, HOLD_TIME, None if back is None else -back * direction),
-        )
+        primitives += (closing, Lift(config.lift_height, LIFT_SPEED, HOLD_TIME, -LIFT_BACK * direction))
     far = Pose(touch + travel * direction, rotation)
     return Plan(start, primitives, (pre_grasp, Pose(touch, rotation)), far, tool.preshape, direction)
 

@@ -29,8 +29,12 @@ CORNER_DISTANCE = 1.10
 REACH = (1.04, 1.0, 0.96, 0.92)
 """Farthest fingertip position from the arm's axis that a push asks for; the first that the arm can reach counts [m]."""
 
-NEAREST = 0.62
-"""Nearest fingertip position from the arm's axis at which any hand can touch the table, at any alpha and beta [m]."""
+NEAREST, FARTHEST = 0.62, 0.70
+"""From the arm's axis to where the fingertips touch down: nearer, the wrist runs into its limit; farther, the end of
+the push comes too near to that of the arm's reach [m]."""
+
+PUSH_END = 0.98
+"""From the arm's axis to what the push aims at, where the distances above leave the choice [m]."""
 
 ARM_FOOT = 0.2
 """Radius of the room that the arm's base takes on the table [m]."""
@@ -79,7 +83,8 @@ class Layout:
         foot: from the arm's axis to the line about which a tilt turns the floor [m].
         tilt: how far the floor slopes down toward the support [rad]; negative where it rises.
         goals: what a push may go to in a bin, the one of `kind` first; without a bin there is no choice.
-        back: how far the arm stands back from the world's origin, along -x [m].
+        stand: (2,) where the arm stands [m].
+        heading: direction in which it looks about z [rad].
     """
 
     kind: SupportKind
@@ -90,7 +95,8 @@ class Layout:
     foot: float
     tilt: float
     goals: tuple[PushGoal, ...] = ()
-    back: float = 0.0
+    stand: tuple[float, float] = (0.0, 0.0)
+    heading: float = 0.0
 
     @property
     def transform_base_to_world(self) -> Pose:
@@ -98,7 +104,9 @@ class Layout:
         cosine, sine = math.cos(self.tilt), math.sin(self.tilt)
         upright = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
         foot = np.array([self.foot, 0.0, 0.0])
-        return Pose(foot + upright @ (np.array([-self.back, 0.0, -BASE_BELOW_TABLE]) - foot), upright)
+        turned, side = math.cos(self.heading), math.sin(self.heading)
+        yaw = np.array([[turned, -side, 0.0], [side, turned, 0.0], [0.0, 0.0, 1.0]])
+        return Pose(foot + upright @ (np.array([*self.stand, -BASE_BELOW_TABLE]) - foot), upright @ yaw)
 
     @property
     def gravity(self) -> Array:
@@ -119,24 +127,28 @@ class Layout:
             return Pose(np.zeros(3))
         return self.transform_base_to_world @ known.transform_base_to_world.inverse()
 
-    def standing_back(self, touch: Array, objects: Array) -> Layout:
-        """Return the layout with the arm so far back that the hand can touch the table at `touch`.
+    def behind(self, touch: Array, point: Array, objects: Array) -> Layout:
+        """Return the layout with the arm behind the line of the push, so that the whole push is within its reach.
 
-        A large pile spreads when its frame is lifted, and its edge may come too near. The arm stays where it is when
-        that is not so; it never stands where an object lies.
+        What happens in the pile then does not depend on how far the arm would have to stretch to one side: the paper's
+        angles are between hand, motion and support.
 
         Args:
             touch: (2,) where the fingertips touch the table [m].
-            objects: (n, 2) of the objects' centres [m].
+            point: (2,) what the push aims at [m].
+            objects: (n, 2) of the objects' centres, on none of which the arm may stand [m].
         """
-        back = self.back
-        while math.dist(touch, (-back, 0.0)) < NEAREST or (back > self.back and _occupied(objects, back)):
-            back += 0.01
-        return replace(self, back=back)
+        length = math.dist(touch, point)
+        direction = (point - touch) / length
+        distance = min(max(PUSH_END - length, NEAREST), FARTHEST)
+        while _occupied(objects, touch - distance * direction):
+            distance += 0.01
+        x, y = touch - distance * direction
+        return replace(self, stand=(float(x), float(y)), heading=math.atan2(direction[1], direction[0]))
 
 
-def _occupied(objects: Array, back: float) -> bool:
-    return bool((np.linalg.norm(objects - np.array([-back, 0.0]), axis=1) < ARM_FOOT).any())
+def _occupied(objects: Array, stand: Array) -> bool:
+    return bool((np.linalg.norm(objects - stand, axis=1) < ARM_FOOT).any())
 
 
 def frame_size(pile: PileConfig) -> float:

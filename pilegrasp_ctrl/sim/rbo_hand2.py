@@ -2,7 +2,8 @@
 
 A PneuFlex finger bends with constant curvature under pressure; equal moments in equal springs give the same shape, and
 what is left of the finger's compliance toward the side sits in one hinge at its base. Where inflation is to stiffen
-the finger, the moment falls with the finger's total bend, as the pressure of an enclosed mass of air does.
+the finger, the moment falls with the finger's total bend, as the pressure of an enclosed mass of air does. The soft
+part of the palm that carries the thumb gives way about one hinge, and is not inflated.
 """
 
 from __future__ import annotations
@@ -11,43 +12,57 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
+from ..types import Array
 from .hand_parts import add_sensor, frame_quaternion
 
 SILICONE = (0.93, 0.80, 0.62, 1.0)
 SCAFFOLD = (0.35, 0.37, 0.42, 1.0)
 LATERAL_RANGE = 0.35
 BEND_RANGE = (-0.9, 1.6)
+PALM_RANGE = (-0.5, 1.2)
 ROTOR_INERTIA = 2e-5  # of every finger joint [kg m²]; the bare 5 g fingertip is too light for contacts at 1 ms
 
 
 def add_rbo_hand2(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> None:
     """Add sensor and hand to the body `root`, which lies in the flange's frame, from its `robot.toml`."""
     add_sensor(spec, root, parameters["sensor"])
-    _add_palm(root.add_body(name="palm"), parameters["palm"])
     fingers, thumb, pneumatics = parameters["fingers"], parameters["thumb"], parameters["pneumatics"]
     angle = np.radians(parameters["hand"]["finger_angle_deg"])
     palm_normal = np.array([np.cos(angle), 0.0, np.sin(angle)])
+    along = np.array([-np.sin(angle), 0.0, np.cos(angle)])
+    web, hinge = _add_palm(root, parameters["palm"], along, pneumatics)
     for name in fingers["base"]:
         _add_finger(spec, root, name, fingers, fingers["base"][name], fingers["tip"][name], palm_normal, pneumatics)
         _add_inflation(spec, name, fingers["segments"], pneumatics["closing_moment"], pneumatics)
-    _add_finger(spec, root, "thumb", thumb, thumb["base"], thumb["tip"], thumb["bend_toward"], pneumatics)
+    base, tip = thumb["base"] - hinge, thumb["tip"] - hinge
+    _add_finger(spec, web, "thumb", thumb, base, tip, thumb["bend_toward"], pneumatics)
     _add_inflation(spec, "thumb", thumb["segments"], pneumatics["thumb_closing_moment"], pneumatics)
 
 
-def _add_palm(body: Any, palm: dict[str, Any]) -> None:
+def _add_palm(root: Any, palm: dict[str, Any], along: Array, pneumatics: dict[str, Any]) -> tuple[Any, Array]:
+    """Add the palm; return the body `palm_web`, which carries the thumb, and where its hinge lies on the flange.
+
+    The hinge is parallel to the fingers, at the edge of the web; it is positive as the thumb comes nearer to them.
+    """
+    hinge = np.array(palm["web_center"]) - [0.0, palm["web_half_size"][1], 0.0]
+    rigid, web = root.add_body(name="palm"), root.add_body(name="palm_web", pos=hinge)
+    _add_hinge(web, "palm_bend", along, "bending", PALM_RANGE, pneumatics)
     volumes = {part: float(np.prod(palm[f"{part}_half_size"])) for part in ("scaffold", "pad", "web")}
     for part, volume in volumes.items():
+        body, origin = (web, hinge) if part == "web" else (rigid, np.zeros(3))
         body.add_geom(
             name=f"palm_{part}",
             type=mujoco.mjtGeom.mjGEOM_BOX,
-            pos=palm[f"{part}_center"],
+            pos=palm[f"{part}_center"] - origin,
             size=palm[f"{part}_half_size"],
             mass=palm["mass"] * volume / sum(volumes.values()),
             rgba=SCAFFOLD if part == "scaffold" else SILICONE,
             contype=0,
             conaffinity=0,
         )
+    return web, hinge
 
 
 def _add_finger(
@@ -55,8 +70,8 @@ def _add_finger(
     root: Any,
     name: str,
     shape: dict[str, Any],
-    base: list[float],
-    tip: list[float],
+    base: ArrayLike,
+    tip: ArrayLike,
     bend_toward: Any,
     pneumatics: dict[str, Any],
 ) -> None:
@@ -89,7 +104,7 @@ def _add_finger(
 
 
 def _add_hinge(
-    body: Any, name: str, axis: list[float], mode: str, limits: tuple[float, float], pneumatics: dict[str, Any]
+    body: Any, name: str, axis: ArrayLike, mode: str, limits: tuple[float, float], pneumatics: dict[str, Any]
 ) -> None:
     joint = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis, range=limits, limited=True)
     joint.stiffness[0] = pneumatics[f"{mode}_stiffness"]

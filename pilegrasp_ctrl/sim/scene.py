@@ -157,8 +157,9 @@ def build_scene(scenario: Scenario, hand: Hand, kind: Objects, layout: Layout) -
     spec = new_spec(scenario.sim.timestep, str(path(scenario.robot, f"{scenario.robot}.xml")))
     arm_joints = len(spec.joints)
     base = spec.body("base_link")
-    base.pos = layout.transform_base_to_world.translation
-    base.quat = [np.cos(0.5 * layout.tilt), 0.0, -np.sin(0.5 * layout.tilt), 0.0]
+    pose = layout.transform_base_to_world
+    base.pos = pose.translation
+    mujoco.mju_mat2Quat(base.quat, pose.rotation.ravel())
     hand.add_to(spec, spec.site("flange"))
     # Pairs leave out the arm's own links; whatever they hit collides by MuJoCo's defaults.
     for geom in spec.geoms:

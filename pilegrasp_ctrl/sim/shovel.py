@@ -23,11 +23,12 @@ def add_shovel(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> No
     body = root.add_body(name="scoop", pos=hand["tool_origin"], quat=frame_quaternion(along, normal))
     length, width, half = scoop["length"], scoop["width"], scoop["thickness"] / 2.0
     wall, back = scoop["wall_height"] / 2.0, scoop["back_height"] / 2.0
+    side = scoop["wall_length"] / 2.0
     # In the tool frame: the leading edge is the y axis, the floor lies behind it with its underside through the origin.
     boxes = {
         "floor": ([-length / 2.0, 0.0, half], [length / 2.0, width / 2.0, half]),
-        "left": ([-0.55 * length, width / 2.0 - half, wall], [0.45 * length, half, wall]),
-        "right": ([-0.55 * length, -width / 2.0 + half, wall], [0.45 * length, half, wall]),
+        "left": ([side - length, width / 2.0 - half, wall], [side, half, wall]),
+        "right": ([side - length, -width / 2.0 + half, wall], [side, half, wall]),
         "back": ([-length + half, 0.0, back], [half, width / 2.0, back]),
     }
     area = {part: float(np.prod(sorted(size)[1:])) for part, (_, size) in boxes.items()}
