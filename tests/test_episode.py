@@ -292,7 +292,7 @@ def still(monkeypatch):
             ["(1.50, 0.00, 0.30) m", "line.start"],
         ),
         ("free_space_line", {"line.displacement": [0.0, 1.5, 0.0]}, UnreachablePoseError, ["(0.55, 1.35, 0.25) m"]),
-        ("spheres_wall", {"strategy.alpha_deg": 90.0}, UnreachablePoseError, ["strategy.alpha_deg"]),
+        ("spheres_wall", {"strategy.theta_deg": 0.0}, UnreachablePoseError, ["theta_deg"]),
         ("push_wall", {"controller.rate": 300.0}, ConfigurationError, ["controller.rate", "300 Hz", "sim.timestep"]),
         ("push_wall", {"controller.rate": 2000.0}, ConfigurationError, ["2000 Hz", "0.001 s"]),
         ("push_wall", {"controller.gains": "nowhere.toml"}, ConfigurationError, ["nowhere.toml"]),

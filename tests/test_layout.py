@@ -1,4 +1,4 @@
-"""Every pile of the paper's grids lies where the arm can push it; the usual ones stand where they always stood."""
+"""Every pile of the paper's grids lies where the arm can push it, from wherever it is pushed."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.config_sections import PileConfig, SupportConfig
 from pilegrasp_ctrl.preparation import prepare
-from pilegrasp_ctrl.sim.layout import ARM_FOOT, NEAREST, make_layout
+from pilegrasp_ctrl.sim.layout import ARM_FOOT, FARTHEST, NEAREST, PUSH_END, make_layout
 
 KINDS = ("none", "wall", "corner")
 
@@ -17,29 +17,35 @@ def cache(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("touch", [(0.61, 0.0), (0.3, 0.1), (0.0, 0.0), (-0.2, 0.3)])
-def test_the_arm_stands_just_so_far_back_that_the_hand_can_touch_down(kind, touch):
+@pytest.mark.parametrize(("length", "distance"), [(0.2, FARTHEST), (0.31, PUSH_END - 0.31), (0.5, NEAREST)])
+@pytest.mark.parametrize("alpha", [0.0, 0.5, -1.2])
+def test_the_arm_stands_on_the_line_of_the_push_and_looks_along_it(kind, length, distance, alpha):
     layout = make_layout(SupportConfig(kind=kind), PileConfig(), 0.054)
-    back = layout.standing_back(np.array(touch), np.zeros((0, 2)))
-    axis = back.transform_base_to_world.translation[:2]
-    distance = np.hypot(*(np.array(touch) - axis))
-    assert NEAREST <= distance < NEAREST + 0.011
-    assert back.transform_base_to_world.translation[2] == layout.transform_base_to_world.translation[2]
-    assert back.walls is layout.walls
+    direction = np.array([np.cos(alpha), np.sin(alpha)])
+    touch = np.array([0.6, -0.1])
+    placed = layout.behind(touch, touch + length * direction, np.zeros((0, 2)))
+    base = placed.transform_base_to_world
+    np.testing.assert_allclose(base.translation[:2], touch - distance * direction, atol=1e-12)
+    np.testing.assert_allclose(base.rotation[:, 0], [*direction, 0.0], atol=1e-12)
+    assert base.translation[2] == layout.transform_base_to_world.translation[2]
+    np.testing.assert_allclose(placed.gravity, layout.gravity, atol=1e-12)
+    assert placed.walls is layout.walls
 
 
-def test_a_pile_within_reach_leaves_the_arm_where_it_is():
-    layout = make_layout(SupportConfig(), PileConfig(), 0.054)
-    assert layout.standing_back(np.array([0.63, 0.0]), np.array([[0.1, 0.0]])).back == 0.0
+def test_an_arm_that_is_turned_stands_upright_on_a_tilted_floor():
+    layout = make_layout(SupportConfig(tilt_deg=5.0), PileConfig(), 0.054)
+    placed = layout.behind(np.array([0.7, -0.2]), np.array([1.0, 0.0]), np.zeros((0, 2)))
+    np.testing.assert_allclose(placed.gravity, layout.gravity, atol=1e-12)
+    base = placed.transform_base_to_world.rotation
+    np.testing.assert_allclose(base[:, 2], layout.transform_base_to_world.rotation[:, 2], atol=1e-12)
 
 
 def test_the_arm_never_stands_on_an_object():
     layout = make_layout(SupportConfig(), PileConfig(), 0.054)
-    strays = np.array([[-0.2, 0.05], [-0.35, -0.1]])
-    back = layout.standing_back(np.array([0.45, 0.0]), strays)
-    axis = back.transform_base_to_world.translation[:2]
+    touch, strays = np.array([0.45, 0.0]), np.array([[-0.2, 0.05], [-0.35, -0.1]])
+    axis = layout.behind(touch, np.array([0.95, 0.0]), strays).transform_base_to_world.translation[:2]
     assert np.linalg.norm(strays - axis, axis=1).min() >= ARM_FOOT
-    assert np.hypot(0.45 - axis[0], axis[1]) >= NEAREST
+    assert axis[0] < -0.35
 
 
 @pytest.mark.parametrize("kind", KINDS)
