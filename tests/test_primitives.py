@@ -9,7 +9,6 @@ from pilegrasp_ctrl.primitives.carry import Carry
 from pilegrasp_ctrl.primitives.grasp import Grasp
 from pilegrasp_ctrl.primitives.lift import Lift
 from pilegrasp_ctrl.primitives.move import Move
-from pilegrasp_ctrl.primitives.pressure import Pressure
 from pilegrasp_ctrl.primitives.primitive import Sensed, Target
 from pilegrasp_ctrl.primitives.push import Push
 from pilegrasp_ctrl.primitives.release import Release
@@ -35,8 +34,8 @@ PUSH = Push(X, 0.1, 17.0, 0.3, 0.006, 0.0, 0.3)
 PRIMITIVES = [
     APPROACH,
     PUSH,
-    Grasp(2.0, Pressure(X, 0.1, 17.0, 0.06)),
-    Scoop(0.8, 0.11, 0.17, Pressure(X, 0.1, 17.0, 0.06)),
+    Grasp(2.0, X, 0.1, 17.0, 0.06),
+    Scoop(0.8, 0.11, 0.17),
     Lift(0.2, 0.12, 1.0),
     Lift(0.2, 0.12, 1.0, back=-0.06 * X),
     Move(0.3 * X, 0.1),
@@ -90,7 +89,7 @@ def test_push_slides_below_the_touch_down_and_asks_for_its_normal_force():
 
 
 def test_grasp_closes_and_follows_what_gives_way():
-    phase = Grasp(2.0, Pressure(X, 0.1, 17.0, 0.03)).begin(sensed(1.0, force=(-20.0, 0.0, 0.0)), still())
+    phase = Grasp(2.0, X, 0.1, 17.0, 0.03).begin(sensed(1.0, force=(-20.0, 0.0, 0.0)), still())
     held = phase.target(sensed(1.0, force=(-20.0, 0.0, 0.0)))
     assert held.closure == 1.0
     np.testing.assert_allclose(held.reference.twist, 0.0, atol=1e-12)
@@ -108,7 +107,7 @@ def test_grasp_closes_and_follows_what_gives_way():
 def test_scoop_tilts_about_its_heel_which_is_not_pressed_into_the_table():
     slope, angle, length = 0.17, 0.8, 0.11
     edge = Pose([0.9, 0.0, 0.0], tool_rotation(0.0, slope))
-    phase = Scoop(angle, length, slope, Pressure(X, 0.1, 17.0, 0.06)).begin(sensed(0.0, edge), still(edge))
+    phase = Scoop(angle, length, slope).begin(sensed(0.0, edge), still(edge))
     heel = [0.9, 0.0, 0.0] - length * edge.rotation[:, 0]
     for time in np.linspace(0.0, phase.path.duration, 20):
         pose = phase.target(sensed(time)).reference.pose
@@ -116,19 +115,6 @@ def test_scoop_tilts_about_its_heel_which_is_not_pressed_into_the_table():
     end = phase.path.lines[-1].end
     np.testing.assert_allclose(end.rotation, tool_rotation(0.0, slope - angle), atol=1e-9)
     np.testing.assert_allclose(end.translation - length * end.rotation[:, 0], heel, atol=1e-9)
-
-
-def test_scoop_goes_on_beneath_what_gives_way():
-    held, yielding = (
-        Scoop(0.8, 0.11, 0.17, Pressure(X, 0.1, 17.0, 0.06)).begin(sensed(0.0, force=(-20.0, 0.0, 0.0)), still())
-        for _ in range(2)
-    )
-    for time in np.arange(0.0, 1.0, 0.01):
-        there = held.target(sensed(time, force=(-20.0, 0.0, 0.0))).reference
-        further = yielding.target(sensed(time, force=(-11.5, 0.0, 0.0))).reference
-    np.testing.assert_allclose(further.pose.translation - there.pose.translation, 0.0495 * X, atol=1e-9)
-    np.testing.assert_array_equal(further.pose.rotation, there.pose.rotation)
-    np.testing.assert_allclose(further.twist - there.twist, [0.05, 0.0, 0.0, 0.0, 0.0, 0.0], atol=1e-9)
 
 
 def test_lift_leaves_the_support_before_it_rises():

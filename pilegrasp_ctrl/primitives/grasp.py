@@ -7,42 +7,63 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..types import Reference
-from .pressure import Pressure, PressureKept
+from ..types import Array, Pose, Reference
 from .primitive import Ending, Sensed, Target
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grasp:
-    """Close for `duration`.
+    """Close for `duration`, and go on along the push at a speed that falls to zero as the force reaches F_grasp.
+
+    The authors' arm keeps the pressure by being soft: at 17 N its reference is some 0.1 m ahead of it and stays there
+    while the fingers curl and give way. A stiffer arm has to follow.
 
     Attributes:
         duration: of the closing [s].
-        pressure: on the pile meanwhile.
+        direction: (3,) of the push, a unit vector in the world.
+        speed: |v_hand| of the push [m/s].
+        grasp_force: F_grasp [N].
+        advance: farthest that the reference goes on [m].
     """
 
     duration: float
-    pressure: Pressure
+    direction: Array
+    speed: float
+    grasp_force: float
+    advance: float
     name: str = "grasp"
     tares: ClassVar[bool] = False
 
     def begin(self, sensed: Sensed, last: Target) -> GraspPhase:
         """Start from the last reference pose, at F_grasp."""
-        return GraspPhase(self, sensed, Reference(last.reference.pose), PressureKept(self.pressure, sensed))
+        return GraspPhase(self, sensed, last.reference.pose)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class GraspPhase:
-    """A grasp under way."""
+    """A grasp under way; remembers how far it has advanced."""
 
     plan: Grasp
     start: Sensed
-    here: Reference
-    kept: PressureKept
+    here: Pose
+    _advanced: float = 0.0
+    _time: float | None = None
 
     def target(self, sensed: Sensed) -> Target:
-        """Follow what gives way, the hand closed."""
-        return Target(self.kept.move(self.here, sensed), 1.0)
+        """Advance by the time that has passed since the last call, the hand closed."""
+        plan = self.plan
+        speed = plan.speed * float(np.clip(1.0 - self.pressure(sensed) / plan.grasp_force, -1.0, 1.0))
+        wanted = self._advanced + speed * (sensed.time - (self.start.time if self._time is None else self._time))
+        self._time = sensed.time
+        self._advanced = float(np.clip(wanted, -plan.advance, plan.advance))
+        moving = self._advanced == wanted
+        twist = np.concatenate([moving * speed * plan.direction, np.zeros(3)])
+        return Target(Reference(self.here.moved(self._advanced * plan.direction), twist), 1.0)
+
+    def pressure(self, sensed: Sensed) -> float:
+        """Return the force against the push [N]; it was F_grasp when the grasp began."""
+        change = self.plan.direction @ (sensed.wrench[:3] - self.start.wrench[:3])
+        return self.plan.grasp_force - float(change)
 
     def force(self, sensed: Sensed) -> float:
         """Return how much the force on the hand has changed."""

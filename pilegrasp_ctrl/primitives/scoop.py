@@ -1,4 +1,4 @@
-"""Scoop: the shovel's grasp; it tilts back while it keeps its pressure on the pile."""
+"""Scoop: the shovel's grasp; it tilts back."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
 from .path_phase import PathPhase
-from .pressure import Pressure, PressureKept
 from .primitive import NO_FORCE, Ending, Sensed, Target
 
 ANGULAR_SPEED = 0.6
@@ -20,7 +19,7 @@ REST_TIME = 0.2
 """After the tilt [s]."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Scoop:
     """Tilt back by `angle` about the heel.
 
@@ -28,13 +27,11 @@ class Scoop:
         angle: [rad].
         heel: distance from the leading edge to the heel [m].
         slope: of the floor before the tilt [rad].
-        pressure: on the pile meanwhile, so that the edge goes on beneath an object that it has only met.
     """
 
     angle: float
     heel: float
     slope: float
-    pressure: Pressure
     name: str = "grasp"
     tares: ClassVar[bool] = False
 
@@ -51,19 +48,12 @@ class Scoop:
         displacement = forward * level / np.linalg.norm(level) + np.array([0.0, 0.0, upward])
         turn = -self.angle * here.rotation[:, 1]
         line = StraightLine(here, displacement, 1.0, rotation=turn, angular_speed=ANGULAR_SPEED)
-        return ScoopPhase(sensed, LineChain((line,)), last.closure, NO_FORCE, PressureKept(self.pressure, sensed))
+        return ScoopPhase(sensed, LineChain((line,)), last.closure, NO_FORCE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScoopPhase(PathPhase):
     """A scoop under way."""
-
-    kept: PressureKept
-
-    def target(self, sensed: Sensed) -> Target:
-        """Return the point on the path, carried along by what gives way."""
-        target = PathPhase.target(self, sensed)
-        return target._replace(reference=self.kept.move(target.reference, sensed))
 
     def ending(self, sensed: Sensed) -> Ending | None:
         """End when the tilt is over."""

@@ -13,7 +13,6 @@ from .approach import Approach
 from .grasp import Grasp
 from .lift import Lift
 from .move import Move
-from .pressure import Pressure
 from .primitive import Primitive
 from .push import Push
 from .scoop import Scoop
@@ -43,7 +42,7 @@ class Tool:
         normal_force: desired force on the support [N].
         preshape: closure before the grasp.
         closing_time: [s].
-        advance: farthest that the reference goes on along the push while the hand closes or tilts [m].
+        advance: farthest that the reference goes on along the push while the hand closes [m].
         scoop_angle: how far to tilt back [rad].
         heel: from the leading edge to the heel [m].
     """
@@ -151,11 +150,10 @@ def pile_strategy(
     push = Push(direction, config.speed, config.grasp_force, travel, tool.press_depth, tool.normal_force, tool.preshape)
     primitives: tuple[Primitive, ...] = (approach, push)
     if grasp:
-        pressure = Pressure(direction, config.speed, config.grasp_force, tool.advance)
         closing = (
-            Scoop(tool.scoop_angle, tool.heel, theta, pressure)
+            Scoop(tool.scoop_angle, tool.heel, theta)
             if tool.scoop_angle > 0.0
-            else Grasp(tool.closing_time, pressure)
+            else Grasp(tool.closing_time, direction, config.speed, config.grasp_force, tool.advance)
         )
         primitives += (closing, Lift(config.lift_height, LIFT_SPEED, HOLD_TIME, -LIFT_BACK * direction))
     far = Pose(touch + travel * direction, rotation)
