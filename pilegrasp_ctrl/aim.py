@@ -57,7 +57,7 @@ class Aim:
         positions, radius, yaw = poses[:, :2], kind.bounding_radius, goal.yaw if goal else 0.0
         alpha = yaw + np.radians(strategy.alpha_deg)
         direction = np.array([np.cos(alpha), np.sin(alpha)])
-        middle = np.median(positions, axis=0) if len(positions) else layout.frame_center
+        middle = _middle(positions, layout.frame_size) if len(positions) else layout.frame_center
         if goal:
             # The bin leaves the hand less room than an open table: its line is the goal's, its start the pile's.
             foot, _ = goal.lane(positions, HAND_HALF_WIDTH)
@@ -79,6 +79,16 @@ class Aim:
     def touch(self, strategy: StrategyConfig) -> Array:
         """Return where the fingertips touch the table (2,) [m]."""
         return touch_point(strategy, self.point, self.extent, self.yaw)
+
+
+def _middle(positions: Array, size: float) -> Array:
+    """Return the centroid (2,) of the pile, without strays that lie `size` [m] or farther from the median.
+
+    The median itself would not do: of an odd number of balls in columns it lies on one of them, and the shovel's side
+    walls then meet the two beside it head-on.
+    """
+    near = np.linalg.norm(positions - np.median(positions, axis=0), axis=1) < size
+    return positions[near].mean(axis=0)
 
 
 def _moved_in(goal: PushGoal, touch: Array, clearance: float) -> float:

@@ -94,10 +94,20 @@ def test_beside_a_wall_the_push_ends_behind_the_middle_of_the_pile(alpha, beta):
     strategy = StrategyConfig(alpha_deg=alpha, beta_deg=beta)
     pile = PileConfig()
     layout = make_layout(SupportConfig(kind="wall"), pile, 0.054)
-    poses = np.zeros((3, 7))
-    poses[:, :2] = [[0.90, 0.0], [0.93, 0.02], [0.96, 0.3]]
+    poses = np.zeros((4, 7))
+    poses[:, :2] = [[0.90, 0.0], [0.93, 0.01], [0.96, 0.05], [0.96, 0.4]]
     aim = Aim.at(strategy, Hand.load("rbo_hand2"), layout, kind_of(pile), poses, None)
     behind = np.array([layout.foot - 0.027, 0.02])
     offset = behind - aim.touch(strategy)
     assert offset @ along(alpha) > 0.1
     np.testing.assert_allclose(offset - (offset @ along(alpha)) * along(alpha), 0.0, atol=1e-9)
+
+
+def test_beside_a_wall_the_shovel_passes_between_the_columns_of_an_odd_number_of_balls():
+    pile, columns = PileConfig(count=15), np.array([-0.085, -0.028, 0.028, 0.085])
+    layout = make_layout(SupportConfig(kind="wall"), pile, 0.054)
+    poses = np.zeros((15, 7))
+    poses[:, 0] = 0.97 - 0.056 * (np.arange(15) // 4)
+    poses[:, 1] = columns[np.arange(15) % 4]
+    aim = Aim.at(StrategyConfig(), Hand.load("shovel"), layout, kind_of(pile), poses, None)
+    assert np.abs(columns - aim.touch(StrategyConfig())[1]).min() > 0.02

@@ -6,7 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from pilegrasp_ctrl.config_sections import PileConfig
 from pilegrasp_ctrl.exceptions import SimulationError
+from pilegrasp_ctrl.sim.objects import kind_of
+from pilegrasp_ctrl.sim.scene import add_objects, new_spec
 from pilegrasp_ctrl.sim.watchdog import DEEPEST, Watchdog
 
 
@@ -95,3 +98,18 @@ def test_a_contact_too_deep_to_be_one_stops_the_run(last_states, depth, stops):
     assert "table" in text
     assert f"{1000 * depth:.1f} mm" in text
     np.testing.assert_array_equal(load(last_states, text)["qpos"], [data.qpos])
+
+
+def test_two_limes_that_meet_as_hard_as_a_dropped_bag_lets_them_are_believed(last_states):
+    spec = new_spec(0.001)
+    add_objects(spec, kind_of(PileConfig(object="lime", count=2)), 2, [], "paper")
+    data = mujoco.MjData(spec.compile())
+    data.qpos.reshape(2, 7)[:, 0] = [-0.03, 0.03]
+    data.qvel.reshape(2, 6)[:, 0] = [1.55, -1.55]
+    watchdog, deepest = Watchdog("bag"), 0.0
+    for _ in range(40):
+        mujoco.mj_step(data.model, data)
+        watchdog.check(data)
+        deepest = max(deepest, -float(data.contact.dist.min(initial=0.0)))
+    assert data.qvel[0] < 0.0 < data.qvel[6]
+    assert 0.008 < deepest < DEEPEST
