@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -54,7 +56,7 @@ class PickAttempt:
     """One attempt of an order.
 
     Attributes:
-        goal: what was pushed to: "wall" or "corner_left".
+        goal: what was pushed to: "wall", "corner_left" or "corner_right".
         held: objects in the hand after the lift; a net-bag counts as one.
         delivered: how many more the order's crate holds after the attempt than before it.
         reason: why none was delivered, or "".
@@ -104,17 +106,16 @@ class Order:
     def next_plan(self, poses: Array, posture: Array | None = None) -> tuple[str, Plan, Array]:
         """Return the name of the next attempt's goal, its plan and the posture at its start.
 
-        The rule: the goal that has most objects before the hand, the scenario's own among equals; and the one at which
-        the last attempt has delivered nothing only where the arm can get to no other.
+        The rule: since the last delivery every goal in reach has its turn, and among those that are next the one that
+        has most objects before the hand, the scenario's own among equals.
 
         Raises:
             UnreachablePoseError: where the arm can get to none of them.
         """
         pile = poses[inside(poses[:, :3], BIN_CENTER, BIN_INNER)]
-        last = self.attempts[-1] if self.attempts else None
-        vain = last.goal if last is not None and not last.delivered else ""
+        vain = Counter(pick.goal for pick in takewhile(lambda pick: not pick.delivered, reversed(self.attempts)))
         lanes = {goal.name: goal.lane(pile[:, :2], HAND_HALF_WIDTH)[1] for goal in self._goals}
-        for goal in sorted(self._goals, key=lambda goal: (goal.name == vain, -lanes[goal.name])):
+        for goal in sorted(self._goals, key=lambda goal: (vain[goal.name], -lanes[goal.name])):
             try:
                 return goal.name, *self._plan_to(pile, goal, posture)
             except UnreachablePoseError as error:

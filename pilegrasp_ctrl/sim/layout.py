@@ -47,12 +47,14 @@ WALL_HALF_LENGTH = {"wall": 0.50, "corner": 0.30}
 BIN_GOALS = {
     "wall": (0.0, 0.0, (-0.03, 0.12), 0.70),
     "corner_left": (0.5 * BIN_INNER[1], 30.0, (0.0, 0.0), 0.66),
+    "corner_right": (-0.5 * BIN_INNER[1], -20.0, (0.09, 0.12), 0.66),
 }
 """Of a push in the bin: y of the wall's middle or of the corner [m], direction [deg], room [m], and least x of the
 fingertips at touch-down [m]: on a push to the wall that came down at 0.69 m the wrist met the near wall's rim. The
-thumb reaches 0.145 m to the right of the hand, the little finger 0.05 m to the left; the right corner has no room for
-the thumb. Into the left one the push runs 30° off the bin's length: at 45°, along the bisector, the wrist would come
-down on the right wall."""
+thumb reaches 0.145 m to the right of the hand, the little finger 0.05 m to the left. Into the left corner the push runs
+30° off the bin's length: at 45°, along the bisector, the wrist would come down on the right wall. The right corner has
+no room for the thumb, so that the push passes beside it, turned as far as leaves the fingers in reach of it: at 30° the
+thumb keeps them away, at 45° the forearm comes down on the left wall."""
 
 BIN_CENTER = np.array([WALL_DISTANCE - 0.5 * BIN_INNER[0], 0.0])
 """(2,) of the bin's floor [m]."""

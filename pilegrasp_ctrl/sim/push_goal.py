@@ -15,11 +15,11 @@ class PushGoal:
     """A wall or a corner that a push of alpha = 0 goes to.
 
     Attributes:
-        name: "wall" or "corner_left", as the arm sees it.
+        name: "wall", "corner_left" or "corner_right", as the arm sees it.
         foot: (2,) point of the wall, or the corner's apex [m].
         yaw: direction of the push of alpha = 0 about z [rad].
-        room: to either side of `foot` along the wall, within which the hand finds room between its neighbours: least
-            and greatest offset of the push's line [m]. A corner leaves none.
+        room: within which the hand finds room between walls: least and greatest offset of the push's line to the left
+            of `foot` [m]. Equal where there is only one such line.
         nearest: least x of the fingertips at touch-down [m]; nearer than that the wrist would hit the bin's near wall.
     """
 
