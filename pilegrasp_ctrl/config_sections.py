@@ -131,7 +131,7 @@ class OrderConfig(Section):
     """An order from the bin, for `program = "order"`."""
 
     count: int = Field(default=4, ge=1, le=50, description="objects to deliver; a net-bag counts as one")
-    max_attempts: int = Field(default=15, ge=1, le=100, description="attempts after which the order is given up")
+    max_attempts: int = Field(default=30, ge=1, le=100, description="attempts after which the order is given up")
 
 
 class LineConfig(Section):

@@ -57,6 +57,6 @@ EXPERIMENT = Experiment(
     "table1",
     "Table I: orders of four from a tilted bin",
     "R = 4.3 light spheres, 5 heavy spheres, 9 cylinders, 5.6 limes, 7.6 apples; 4 is perfect. Three sessions each.",
-    tuple(Row(order(kind), ROBOT, 0.5) for kind in KINDS),
+    tuple(Row(order(kind), ROBOT, 0.75) for kind in KINDS),
     draw,
 )
