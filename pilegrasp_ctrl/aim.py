@@ -87,7 +87,10 @@ def _middle(positions: Array, size: float) -> Array:
     The median itself would not do: of an odd number of balls in columns it lies on one of them, and the shovel's side
     walls then meet the two beside it head-on.
     """
-    near = np.linalg.norm(positions - np.median(positions, axis=0), axis=1) < size
+    off = np.linalg.norm(positions - np.median(positions, axis=0), axis=1)
+    near = off < size
+    # Of two objects far apart neither lies near the median; the pile is one of them then.
+    near[off.argmin()] = True
     return positions[near].mean(axis=0)
 
 

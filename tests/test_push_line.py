@@ -111,3 +111,12 @@ def test_beside_a_wall_the_shovel_passes_between_the_columns_of_an_odd_number_of
     poses[:, 1] = columns[np.arange(15) % 4]
     aim = Aim.at(StrategyConfig(), Hand.load("shovel"), layout, kind_of(pile), poses, None)
     assert np.abs(columns - aim.touch(StrategyConfig())[1]).min() > 0.02
+
+
+def test_of_two_objects_far_apart_the_push_goes_to_one():
+    pile = PileConfig(count=2)
+    layout = make_layout(SupportConfig(kind="wall"), pile, 0.054)
+    poses = np.zeros((2, 7))
+    poses[:, :2] = [[0.9, -0.2], [0.9, 0.3]]
+    aim = Aim.at(StrategyConfig(), Hand.load("rbo_hand2"), layout, kind_of(pile), poses, None)
+    assert aim.touch(StrategyConfig())[1] in poses[:, 1]
