@@ -64,7 +64,7 @@ class Aim:
             point = foot + min((middle - foot) @ direction, -radius) * direction
         elif strategy.kind == "object":
             axes = _axes(poses[:, 3:]) if kind.shape == "cylinder" else None
-            point = positions[choose_object(poses[:, :3], direction, radius, axes)]
+            point = positions[choose_object(poses[:, :3], direction, radius, middle, axes)]
         elif layout.kind == "wall":
             point = np.array([layout.foot - radius, middle[1]])
         else:

@@ -144,7 +144,7 @@ def test_of_two_that_came_in_side_by_side_the_one_nearer_to_the_middle_has_separ
     assert found["separated"]["object"] == "middle"
 
 
-def tip_and_deep(pairs: list[tuple[str, str]], forces: list[list[float]], y: float = 0.02, alpha: float = 0.0) -> dict:
+def tip_and_deep(pairs: list[tuple[str, str]], forces: list[list[float]], y: float = 0.005, alpha: float = 0.0) -> dict:
     """Measure a push that leaves one object 10 mm before the leading edge and one in the middle of the hand.
 
     Args:
@@ -188,13 +188,19 @@ def test_an_object_wedged_between_fingertips_and_wall_comes_before_the_one_deep_
     assert found["agreed"] is True
 
 
+def test_an_object_wedged_beside_the_middle_does_not_come_before_one_in_the_middle():
+    found = tip_and_deep([("tip", "palm"), ("tip", "wall")], [PUSHED, STOPPED], y=0.5 * RADIUS)
+    assert found["separated"]["object"] == "deep"
+    assert found["in_hand"] == ["tip", "deep"]
+
+
 @pytest.mark.parametrize(
     ("pairs", "forces", "y"),
     [
-        ([("tip", "palm"), ("tip", "far")], [PUSHED, STOPPED], 0.02),
-        ([("tip", "palm"), ("tip", "wall")], [PUSHED, [-1.0, 0.0, 2.0]], 0.02),
-        ([("tip", "palm"), ("tip", "wall")], [PUSHED, [3.0, 0.0, 0.5]], 0.02),
-        ([("tip", "deep"), ("tip", "wall")], [PUSHED, STOPPED], 0.02),
+        ([("tip", "palm"), ("tip", "far")], [PUSHED, STOPPED], 0.005),
+        ([("tip", "palm"), ("tip", "wall")], [PUSHED, [-1.0, 0.0, 2.0]], 0.005),
+        ([("tip", "palm"), ("tip", "wall")], [PUSHED, [3.0, 0.0, 0.5]], 0.005),
+        ([("tip", "deep"), ("tip", "wall")], [PUSHED, STOPPED], 0.005),
         ([("tip", "palm"), ("tip", "wall")], [PUSHED, STOPPED], RADIUS + 0.005),
     ],
     ids=["stopped by an object", "on the table", "pushed on by a wall", "not touched", "aside"],

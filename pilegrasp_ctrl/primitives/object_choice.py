@@ -19,7 +19,7 @@ BROADSIDE = math.sin(math.radians(30.0))
 """A cylinder stands within 20° of the vertical, and lies broadside within 30° of square to the push."""
 
 
-def choose_object(positions: Array, direction: Array, radius: float, axes: Array | None = None) -> int:
+def choose_object(positions: Array, direction: Array, radius: float, center: Array, axes: Array | None = None) -> int:
     """Return the object to aim at: one that moves toward the pile's centre when it is pushed straight.
 
     The hand can choose among the objects that it would meet first. Of cylinders it takes those that stand on their base
@@ -30,10 +30,10 @@ def choose_object(positions: Array, direction: Array, radius: float, axes: Array
         positions: (n, 3) of the objects' centres [m], n > 0.
         direction: (2,) of the push.
         radius: of an object [m].
+        center: (2,) of the pile [m].
         axes: (n, 3) of cylinders; None for objects that look the same from everywhere.
     """
     plane = positions[:, :2]
-    center = np.median(plane, axis=0)
     chosen = _met_first(positions, direction, radius)
     if axes is not None:
         rolling = chosen[_stands_or_lies_broadside(axes[chosen], direction)]

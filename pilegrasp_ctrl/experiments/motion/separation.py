@@ -14,15 +14,19 @@ AT_REST = 0.5
 """An object is stable in the hand below this share of |v_hand| relative to it: nearer to moving with the hand (0) than
 to standing still while the hand slides beneath it (1)."""
 
+CENTRAL = 1.0 / 3.0
+"""A wedged object stays before the hand's middle where its centre is off by less than this share of its radius; farther
+aside, what lies nearer to the middle inside stays instead (docs/motion-pattern.md)."""
+
 
 @dataclass(frozen=True, slots=True)
 class Separation:
-    """The object that the hand has caught nearest to its middle; one that it has wedged against a wall comes first.
+    """The object that the hand has caught nearest to its middle; one wedged against a wall right before it comes first.
 
     The hand is open at its sides and closes on its middle: of two objects that came in side by side, the one nearer to
-    the middle is enclosed and the other pushed out. One at the fingertips that a wall stops cannot give way when they
-    curl beneath it, so it comes in over them and takes the place of what was there. One that only other objects stop
-    stays out, because those give way.
+    the middle is enclosed and the other pushed out. One right before the middle that a wall stops cannot give way when
+    the fingertips curl beneath it, so it comes in over them and takes the place of what was there. One that only other
+    objects stop stays out, because those give way.
 
     Attributes:
         object: its name.
@@ -45,8 +49,10 @@ class Separation:
         caught = push.in_hand | wedged
         if not caught[-1].any():
             return None
-        among = wedged[-1] if wedged[-1].any() else caught[-1]
-        chosen = int(np.argmin(np.where(among, np.abs(push.relative[-1, :, 1]), np.inf)))
+        aside = np.abs(push.relative[-1, :, 1])
+        central = wedged[-1] & (aside <= CENTRAL * push.radius)
+        among = central if central.any() else caught[-1]
+        chosen = int(np.argmin(np.where(among, aside, np.inf)))
         speed = np.linalg.norm(push.relative_velocity[:, chosen], axis=1)
         still = _since(speed < AT_REST * push.hand_speed)
         return cls(
