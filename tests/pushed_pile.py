@@ -37,16 +37,22 @@ def push_recording(
     ways: Mapping[str, Way],
     *,
     alpha: float = 0.0,
+    beta: float = 0.0,
+    rigid: bool = False,
     held: tuple[str, ...] = (),
     trigger: str = "grasp force",
     outcomes: list[dict] | None = None,
     **meta: object,
 ) -> Recording:
-    """Return a recording at 100 Hz of a hand that goes at `SPEED` along `alpha` [rad]; the held are lifted at last."""
+    """Return a recording at 100 Hz of a hand that goes at `SPEED` along `alpha` [rad] and points `beta` to the left.
+
+    The held are lifted at last.
+    """
     time = np.linspace(0.0, LAST, 501)
     turn = np.array([[np.cos(alpha), -np.sin(alpha)], [np.sin(alpha), np.cos(alpha)]])
     lift = 0.2 * np.clip(time - 4.0, 0.0, 1.0)
-    quaternion = np.array([np.cos(alpha / 2), 0.0, 0.0, np.sin(alpha / 2)])
+    yaw = alpha + beta
+    quaternion = np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
     begin = np.array([0.5, 0.1])
 
     def placed(plane: np.ndarray, height: np.ndarray | float) -> np.ndarray:
@@ -55,14 +61,18 @@ def push_recording(
     travel = np.column_stack([SPEED * pushed(time), 0.0 * time])
     tool = placed(travel - [FRONT, 0.0], lift)
     hand = Body("palm", "hand", (Shape("box", (0.06, HALF_WIDTH, 0.01), (FRONT - 0.06, 0.0, 0.0)),))
+    thumb = Body("thumb", "hand", (Shape("box", (0.01, 0.01, 0.01), (FRONT - 0.1, 0.0, 0.0)),))
     tracks = [(hand, tool, quaternion)]
     for name, way in ways.items():
         place = placed(way(time), RADIUS + lift * (name in held))
         tracks.append((Body(name, "object", (Shape("sphere", (RADIUS,)),)), place, np.array([1.0, 0.0, 0.0, 0.0])))
+    if not rigid:
+        tracks.append((thumb, tool, quaternion))
     push = {"name": "push", "status": "ended" if trigger == "grasp force" else "failed", "trigger": trigger}
     rows = [push | {"start": BEGIN, "end": END, "travel": 0.2, "peak_force": 17.0}] if outcomes is None else outcomes
+    strategy = {"lift_height": 0.2, "beta_deg": float(np.degrees(beta))}
     return Recording(
-        meta={"outcomes": rows, "grasped": len(held), "config": {"strategy": {"lift_height": 0.2}}} | meta,
+        meta={"outcomes": rows, "grasped": len(held), "config": {"strategy": strategy}} | meta,
         bodies=tuple(body for body, _, _ in tracks),
         frame_time=time,
         body_position=np.stack([place for _, place, _ in tracks], axis=1),

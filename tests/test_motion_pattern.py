@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pushed_pile import BEGIN, END, HALF_WIDTH, RADIUS, SPEED, at_rest, moving, push_recording, pushed
+from pushed_pile import BEGIN, END, FRONT, HALF_WIDTH, RADIUS, SPEED, at_rest, moving, push_recording, pushed
 from synthetic_recording import synthetic
 
 import pilegrasp_ctrl
@@ -142,6 +142,24 @@ def test_of_two_that_came_in_side_by_side_the_one_nearer_to_the_middle_has_separ
     found = measure(push_recording(ways))
     assert found["in_hand"] == ["deeper", "middle"]
     assert found["separated"]["object"] == "middle"
+
+
+def test_a_rigid_hand_keeps_what_lies_deepest():
+    ways = {"far": RESTLESS, "deeper": sliding_in(0.05, -0.025, 0.08), "middle": sliding_in(0.15, 0.02, 0.03)}
+    found = measure(push_recording(ways, rigid=True))
+    assert found["in_hand"] == ["deeper", "middle"]
+    assert found["separated"]["object"] == "deeper"
+
+
+@pytest.mark.parametrize("beta", [0.4, -0.4])
+def test_the_middle_is_that_of_a_hand_that_is_turned_against_its_way(beta):
+    x, y = np.array([np.cos(beta), np.sin(beta)]), np.array([-np.sin(beta), np.cos(beta)])
+    own = np.array([0.2 - FRONT, 0.0]) + (FRONT - 0.09) * x
+    beside = own + 0.03 * np.sign(beta) * y
+    found = measure(push_recording({"far": RESTLESS, "own": at_rest(*own), "beside": at_rest(*beside)}, beta=beta))
+    assert found["in_hand"] == ["own", "beside"]
+    assert found["separated"]["object"] == "own"
+    assert found["mouth_width"] == pytest.approx(2 * HALF_WIDTH)
 
 
 def tip_and_deep(pairs: list[tuple[str, str]], forces: list[list[float]], y: float = 0.005, alpha: float = 0.0) -> dict:
@@ -298,7 +316,7 @@ def test_annotating_adds_the_pattern_and_nothing_else():
 def with_contacts(bodies: list[tuple[int, int]], forces: list[list[float]], walls: int = 0) -> dict:
     """Force chains of four objects (bodies 1 to 4) with the same contacts in each frame."""
     ways = {f"o{k}": moving(0.05 + 0.06 * k, 0.0, 0.02, 0.0) for k in range(1, 5)}
-    recording = push_recording(ways)
+    recording = push_recording(ways, rigid=True)
     wall = replace(recording.bodies[0], name="wall", role="support")
     frames = recording.frame_time.size
     contacts = SimpleNamespace(

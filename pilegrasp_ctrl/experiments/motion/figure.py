@@ -24,7 +24,7 @@ ARROW = 0.25
 """Length of an arrow for a speed of 1 m/s [m]: the hand's 0.1 m/s is 25 mm, little more than a cell."""
 
 LIMITS = ((-0.14, 0.31), (-0.21, 0.21))
-"""Part of the push frame that is drawn [m]."""
+"""Part of the hand's frame that is drawn [m]."""
 
 _STYLE: Any = {"font.size": 9.0, "axes.titlesize": 10.0, "legend.frameon": False, "svg.fonttype": "none"}
 

@@ -14,12 +14,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class HandMouth:
-    """Lines of the push frame with its origin at the tool, all in metres.
+    """Lines of the hand's frame with its origin at the tool, all in metres.
 
     Attributes:
-        front: of the leading edge along the push; an object whose centre lies behind it has the hand beneath it.
-        rear: where the hand ends against the push.
-        right: where the leading edge ends to the right of the push (smallest y).
+        front: of the leading edge along x; an object whose centre lies behind it has the hand beneath it.
+        rear: where the hand ends against x.
+        right: where the leading edge ends to the right (smallest y).
         left: where it ends to the left (largest y).
     """
 
@@ -41,7 +41,7 @@ class HandMouth:
             recording: the attempt.
             frames: over which to look.
             tool: (F, 3) positions of the tool in those frames [m].
-            axes: (2, 3) unit vectors along the push and to its left.
+            axes: (2, 3) level unit vectors where the hand points and to its left.
             depth: shapes that reach within this of the foremost point make up the leading edge [m].
         """
         center, extent = _hand_boxes(recording, frames, axes)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -13,7 +12,7 @@ from ...sim.grasp_check import are_held
 from .force_chains import force_chains
 from .funnel import Funnel
 from .motion_field import MotionField
-from .push_motion import PushMotion, has_points, primitive, tool_position
+from .push_motion import PushMotion, has_points, primitive, strategy_number, tool_position
 from .separation import Separation
 from .wedged import wedged
 
@@ -72,10 +71,7 @@ def held_names(recording: Recording) -> list[str]:
     chosen = [index for index, body in enumerate(recording.bodies) if body.role == "object"]
     if not chosen or not recording.meta.get("grasped") or not has_points(recording, "tool_position"):
         return []
-    config = recording.meta.get("config")
-    strategy = config.get("strategy") if isinstance(config, Mapping) else None
-    noted = strategy.get("lift_height") if isinstance(strategy, Mapping) else None
-    lift = noted if isinstance(noted, int | float) else USUAL_LIFT
+    lift = strategy_number(recording, "lift_height", USUAL_LIFT)
     place = recording.body_position[:, chosen].astype(float)
     held = are_held(place[-1], tool_position(recording, recording.frame_time[-1:])[0], place[0, :, 2], lift)
     return [recording.bodies[chosen[index]].name for index in np.flatnonzero(held)]

@@ -17,7 +17,7 @@ CELL = 0.02
 
 X_EDGES = np.round(np.arange(-0.16, 0.3601, CELL), 6)
 Y_EDGES = np.round(np.arange(-0.23, 0.2301, CELL), 6)
-"""Of the grid in the push frame [m]; a cell's centre lies on y = 0."""
+"""Of the grid in the hand's frame [m]; a cell's centre lies on y = 0."""
 
 SEEN = 0.1
 """A cell counts where objects have been in it, or within the kernel's reach, for this long in all [s]."""
@@ -35,7 +35,7 @@ class MotionField:
         count: (nx, ny) frames in which an object's centre was in the cell.
         time: (nx, ny) how long it was there [s].
         relative: (nx, ny, 2) sum of the displacements relative to the hand [m].
-        absolute: (nx, ny, 2) sum of the displacements in the scene, along the axes of the push frame [m].
+        absolute: (nx, ny, 2) sum of the displacements in the scene, along the axes of the hand's frame [m].
     """
 
     attempts: int

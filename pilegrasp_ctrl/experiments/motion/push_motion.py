@@ -1,4 +1,4 @@
-"""What the objects did during the push, in the push frame."""
+"""What the objects did during the push, seen from the hand."""
 
 from __future__ import annotations
 
@@ -36,19 +36,21 @@ class PushMotion:
     A push that never reaches F_grasp waits at the end of its way; that time is left out, as a hand that stands does not
     push.
 
-    The push frame has x along the push, y to its left, z up. Relative positions are counted from the middle of the
-    hand's leading edge, so that an object with x < 0 has the hand beneath it.
+    The hand's frame has x where its fingers point, level, which is along the push but for beta; y to the left, z up.
+    Relative positions are counted from the middle of the hand's leading edge, so that an object with x < 0 has the hand
+    beneath it.
 
     Attributes:
         time: (F,) [s].
-        hand: (F, 2) the leading edge's middle in the scene, along the axes of the push frame [m].
-        relative: (F, n, 2) objects' centres in the push frame [m].
+        hand: (F, 2) the leading edge's middle in the scene, along the axes of the hand's frame [m].
+        relative: (F, n, 2) objects' centres in the hand's frame [m].
         objects: (n,) their names.
         radius: of a ball; of another object, the geometric mean of its half-extents [m].
         half_width: half the width of the leading edge [m].
         length: from the leading edge to the rear of the hand [m].
         axes: (2, 3) unit vectors of x and y in the scene.
         triggered: whether the force along the push reached F_grasp.
+        rigid: whether the hand is a single body, which cannot close.
     """
 
     time: Array
@@ -60,6 +62,7 @@ class PushMotion:
     length: float
     axes: Array
     triggered: bool
+    rigid: bool
 
     @classmethod
     def of(cls, recording: Recording) -> PushMotion | None:
@@ -68,21 +71,22 @@ class PushMotion:
         chosen = [index for index, body in enumerate(recording.bodies) if body.role == "object" and body.shapes]
         if push is None or not chosen or not all(map(partial(has_points, recording), POSITIONS)):
             return None
-        axes = _axes(recording, push)
-        if axes is None:
+        along = _axes(recording, push)
+        if along is None:
             return None
+        axes = _turned(along, math.radians(strategy_number(recording, "beta_deg", 0.0)))
         first = int(np.searchsorted(recording.frame_time, push["start"] - 1e-9))
-        last = int(np.searchsorted(recording.frame_time, _end(recording, push, axes) + 1e-9))
+        last = int(np.searchsorted(recording.frame_time, _end(recording, push, along) + 1e-9))
         if last - first < 2:
             return None
-        first = _first_motion(recording, chosen, slice(first, last), axes)
+        first = _first_motion(recording, chosen, slice(first, last), along)
         if last - first < 2:
             return None
         frames = slice(first, last)
         tool = tool_position(recording, recording.frame_time[frames])
         radius = float(np.median([_radius(recording.bodies[index].shapes[0]) for index in chosen]))
         mouth = HandMouth.of(recording, frames, tool, axes, depth=radius)
-        if mouth is None or (tool[-1] - tool[0]) @ axes[0] <= 0.0:
+        if mouth is None or (tool[-1] - tool[0]) @ along[0] <= 0.0:
             return None
         middle = np.array([mouth.front, 0.5 * (mouth.left + mouth.right)])
         hand = tool @ axes.T + middle
@@ -96,12 +100,13 @@ class PushMotion:
             length=mouth.front - mouth.rear,
             axes=axes,
             triggered=push.get("trigger") == "grasp force",
+            rigid=sum(body.role == "hand" for body in recording.bodies) == 1,
         )
 
     @property
     def hand_speed(self) -> float:
-        """Mean speed of the hand along the push [m/s]."""
-        return float((self.hand[-1, 0] - self.hand[0, 0]) / (self.time[-1] - self.time[0]))
+        """Mean speed of the hand along its way [m/s]."""
+        return math.dist(self.hand[-1], self.hand[0]) / float(self.time[-1] - self.time[0])
 
     @property
     def relative_velocity(self) -> Array:
@@ -110,7 +115,7 @@ class PushMotion:
 
     @property
     def absolute_velocity(self) -> Array:
-        """(F-1, n, 2) velocities in the scene, along the axes of the push frame [m/s]."""
+        """(F-1, n, 2) velocities in the scene, along the axes of the hand's frame [m/s]."""
         return self.relative_velocity + (np.diff(self.hand, axis=0) / np.diff(self.time)[:, None])[:, None]
 
     @property
@@ -159,8 +164,22 @@ def tool_position(recording: Recording, times: Array) -> Array:
     return np.stack([np.interp(times, recording.signal_time, signal[:, axis]) for axis in range(3)], axis=1)
 
 
+def strategy_number(recording: Recording, name: str, usual: float) -> float:
+    """Return a number that the recorded configuration gives the strategy; `usual` where it gives none."""
+    config = recording.meta.get("config")
+    strategy = config.get("strategy") if isinstance(config, Mapping) else None
+    noted = strategy.get(name) if isinstance(strategy, Mapping) else None
+    return float(noted) if isinstance(noted, int | float) else usual
+
+
+def _turned(axes: Array, angle: float) -> Array:
+    """Return level axes (2, 3) turned to the left."""
+    x, y = axes
+    return np.array([math.cos(angle) * x + math.sin(angle) * y, math.cos(angle) * y - math.sin(angle) * x])
+
+
 def _axes(recording: Recording, push: Mapping[str, Any]) -> Array | None:
-    """Return x and y of the push frame from the reference, which no contact deflects."""
+    """Return (2, 3) unit vectors along the push and to its left, from the reference, which no contact deflects."""
     reference = recording.signals["reference_position"]
     ends = [np.interp((push["start"], push["end"]), recording.signal_time, reference[:, axis]) for axis in range(2)]
     x, y = (end - start for start, end in ends)

@@ -21,12 +21,15 @@ aside, what lies nearer to the middle inside stays instead (docs/motion-pattern.
 
 @dataclass(frozen=True, slots=True)
 class Separation:
-    """The object that the hand has caught nearest to its middle; one wedged against a wall right before it comes first.
+    """The object that the hand is about to keep.
 
-    The hand is open at its sides and closes on its middle: of two objects that came in side by side, the one nearer to
-    the middle is enclosed and the other pushed out. One right before the middle that a wall stops cannot give way when
-    the fingertips curl beneath it, so it comes in over them and takes the place of what was there. One that only other
-    objects stop stays out, because those give way.
+    A rigid hand, which tilts back, keeps the one that it has caught deepest. A hand that closes keeps the one nearest
+    to its middle, and first of all one that it has wedged against a wall right before its middle.
+
+    Such a hand is open at its sides and closes on its middle: of two objects that came in side by side, the one nearer
+    to the middle is enclosed and the other pushed out. One right before the middle that a wall stops cannot give way
+    when the fingertips curl beneath it, so it comes in over them and takes the place of what was there. One that only
+    other objects stop stays out, because those give way.
 
     Attributes:
         object: its name.
@@ -49,10 +52,10 @@ class Separation:
         caught = push.in_hand | wedged
         if not caught[-1].any():
             return None
-        aside = np.abs(push.relative[-1, :, 1])
-        central = wedged[-1] & (aside <= CENTRAL * push.radius)
+        ahead, aside = push.relative[-1, :, 0], np.abs(push.relative[-1, :, 1])
+        central = wedged[-1] & (aside <= CENTRAL * push.radius) & (not push.rigid)
         among = central if central.any() else caught[-1]
-        chosen = int(np.argmin(np.where(among, aside, np.inf)))
+        chosen = int(np.argmin(np.where(among, ahead if push.rigid else aside, np.inf)))
         speed = np.linalg.norm(push.relative_velocity[:, chosen], axis=1)
         still = _since(speed < AT_REST * push.hand_speed)
         return cls(
