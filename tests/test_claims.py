@@ -122,10 +122,21 @@ def test_orders_that_are_not_completed_and_light_ones_that_take_long():
     assert verdict("C14", [(table1.order("apple"), {"n": 2})]) == "not decided"
 
 
-def test_an_object_that_was_not_known_before_the_trigger_counts_against_the_separation():
-    spoilt = [(condition, {"measures": motion(agreed=False)}) for condition in PUSHED.values()]
-    finding = BY_NAME["C13"].judge(world(spoilt))
+@pytest.mark.parametrize("hand", [HAND, SHOVEL])
+def test_objects_that_were_not_known_before_the_trigger_count_against_the_separation(hand):
+    cells = [cell for kind in ("light_sphere", "cylinder") for cell in fig07.grid(kind, hand)]
+    finding = BY_NAME["C13"].judge(world([(cell, {"measures": motion(agreed=False)}) for cell in cells]))
+    verdicts = {part.statement.split(":")[0]: part.verdict for part in finding.parts}
+    assert verdicts.pop("hand" if hand == HAND else "shovel") == "fails"
+    assert set(verdicts.values()) == {"holds"}
+
+
+@pytest.mark.parametrize("speed", ["approach_speed", "spread_speed"])
+def test_the_pattern_is_asked_of_every_condition(speed):
+    cell = spheres(0.36, "corner", SHOVEL)
+    finding = BY_NAME["C13"].judge(world([(cell, {"measures": motion(**{speed: -0.001})})]))
     assert finding.verdict == "fails"
+    assert sum(part.verdict == "fails" for part in finding.parts) == 1
 
 
 def test_the_gap_to_the_real_shovel_is_stated():

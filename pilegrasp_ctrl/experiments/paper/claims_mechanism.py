@@ -8,10 +8,11 @@ from typing import Any
 
 from ...scenarios.paper import fig08, motion_pattern, table1
 from ...scenarios.paper.conditions import HAND, SHOVEL, grasp
+from ..motion.verdict import NEEDED as KNOWN
 from ..motion.verdict import verdict as motion_verdict
 from .claim import Claim, Finding, named
 from .evidence import Evidence
-from .judgement import ENOUGH, Judgement, percent, stated, why_open
+from .judgement import ENOUGH, Judgement, Verdict, percent, stated, why_open
 from .sample import Sample, wilson
 
 SEVERAL = (0.05, 0.30)
@@ -41,26 +42,48 @@ def _several(evidence: Evidence) -> Finding:
 def _motion(evidence: Evidence) -> Finding:
     samples = named(evidence, motion_pattern.PUSHED)
     answers = motion_verdict({name: sample.measures("motion") for name, sample in samples.items()})
-    words = {
-        "approach": "objects before the hand come nearer to it, in every condition",
-        "spread": "the others move away from it, in every condition",
-        "wall": "a wall narrows the spread",
-        "separation": "the object that is held later is known before the trigger",
-    }
-    parts = []
-    for key, words_of in words.items():
-        answer = answers[key]
-        number = f"p = {answer['p']:.2g}" if answer.get("p") is not None else _share_text(answer)
-        reason = why_open(*samples.values())
-        parts.append(Judgement(f"{words_of}: {number}{reason}", "not decided" if reason else answer["verdict"]))
-    return Finding(tuple(parts), samples, answers)
+    reason = why_open(*samples.values())
+    parts: list[Judgement] = []
+    numbers: dict[str, Any] = {"Fig. 2": answers}
+    for key, measure, words in (
+        ("approach", "approach_speed", "objects before the hand come nearer to it"),
+        ("spread", "spread_speed", "the others move away from it"),
+    ):
+        found = (sample.measures("motion", measure) for sample in evidence.conditions(HAND, SHOVEL))
+        means = [statistics.fmean(values) for values in found if values]
+        positive = sum(mean > 0.0 for mean in means)
+        text = f"{words}: on average at {positive} of {len(means)} conditions, all asked"
+        verdict: Verdict = "fails" if positive < len(means) else answers[key]["verdict"]
+        parts.append(Judgement(f"{text}; at those of Fig. 2 {_p_text(answers[key])}{reason}", verdict))
+        numbers[key] = {"conditions": len(means), "positive": positive}
+    parts.append(
+        Judgement(f"a wall narrows the spread: {_p_text(answers['wall'])}{reason}", answers["wall"]["verdict"])
+    )
+    for word, hand in (("hand", HAND), ("shovel", SHOVEL)):
+        part, numbers[word] = _separation(word, evidence.grasps(hand).measures("motion", "agreed"))
+        parts.append(part)
+    if reason:
+        parts = [Judgement(part.statement, "not decided") for part in parts]
+    fig2 = answers["separation"]
+    remark = f"At the conditions of Fig. 2 the object was known in {fig2['agreed']} of {fig2['n']} successes."
+    return Finding(tuple(parts), samples, numbers, remark)
 
 
-def _share_text(answer: Mapping[str, Any]) -> str:
-    if not answer.get("n"):
-        return "not measured"
-    low, high = 100.0 * answer["ci_low"], 100.0 * answer["ci_high"]
-    return f"{answer['agreed']} of {answer['n']} ({low:.0f} to {high:.0f} %), 90 % asked"
+def _separation(word: str, agreed: list[bool]) -> tuple[Judgement, dict[str, Any]]:
+    low, high = wilson(sum(agreed), len(agreed))
+    share = sum(agreed) / len(agreed) if agreed else 0.0
+    text = (
+        f"{word}: the object that is held later is known before the trigger in {sum(agreed)} of {len(agreed)} "
+        f"successes ({100 * low:.0f} to {percent(high)}), {percent(KNOWN)} asked"
+    )
+    numbers = {"n": len(agreed), "agreed": sum(agreed), "rate": share, "ci_low": low, "ci_high": high}
+    if len(agreed) < ENOUGH:
+        return Judgement(f"{text}; too few", "not decided"), numbers
+    return Judgement(text, "holds" if share >= KNOWN else "fails"), numbers
+
+
+def _p_text(answer: Mapping[str, Any]) -> str:
+    return "not measured" if answer["p"] is None else f"p = {answer['p']:.2g}"
 
 
 def _orders(evidence: Evidence) -> Finding:
@@ -152,8 +175,9 @@ CLAIMS = (
         "III, Fig. 2",
         "Objects in front of the hand approach it, the others spread; one separates and comes to rest.",
         "a sketch",
-        "mean approach speed above 0 inside the funnel, radial spread above 0 outside, wall below none for the spread; "
-        "the separated object is known in at least 90 % of the successes before the trigger",
+        "at every condition, mean approach speed above 0 inside the funnel and radial spread above 0 outside; wall "
+        "below none for the spread; for hand and for shovel, the separated object is known before the trigger in at "
+        "least 90 % of the successes",
         _motion,
         list(motion_pattern.PUSHED.values())[1:],
     ),

@@ -44,7 +44,11 @@ class Evidence:
 
     def grasps(self, *hands: str) -> Sample:
         """Return all attempts at a single grasp with these end-effectors."""
-        return Sample.pooled(sample for key, sample in self.samples.items() if self.hands.get(key) in hands)
+        return Sample.pooled(self.conditions(*hands))
+
+    def conditions(self, *hands: str) -> list[Sample]:
+        """Return the attempts at a single grasp with these end-effectors, one sample a condition."""
+        return [sample for key, sample in self.samples.items() if self.hands.get(key) in hands]
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the samples, one a condition."""
