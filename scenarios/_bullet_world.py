@@ -7,11 +7,16 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import pybullet
 
+from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.experiments.physics.plate_push import PLATE, SPEED
 from pilegrasp_ctrl.sim.object_kind import ObjectKind
 from pilegrasp_ctrl.sim.surface import SUPPORT, Surface
+
+try:
+    import pybullet
+except ImportError:
+    raise ConfigurationError("PyBullet is not installed; run: pip install 'pilegrasp[pybullet]'") from None
 
 SHAPES = {
     int(mujoco.mjtGeom.mjGEOM_BOX): pybullet.GEOM_BOX,

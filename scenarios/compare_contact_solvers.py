@@ -3,11 +3,11 @@
 Usage: python compare_contact_solvers.py [SEEDS]
 """
 
-import sys
 from functools import partial
 
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.experiments.physics.solver_by_size import HEADER, SOLVERS, attempt, fall, rows
+from pilegrasp_ctrl.scenarios._script import run_script
 
 PILES = (
     *(("spheres_wall", count) for count in (5, 18, 30, 60, 90)),
@@ -16,17 +16,16 @@ PILES = (
 )
 
 
-def main() -> None:
+def main(seeds: int = 3) -> None:
     """Print both tables: of attempts, and of the same objects settling in their frame."""
-    seeds = range(int(sys.argv[1]) if sys.argv[1:] else 3)
     for run, solvers in ((attempt, SOLVERS), (fall, SOLVERS[:2])):
         print(HEADER)
         for name, count in PILES:
             scenario = load_scenario(name, {"pile.count": count})
             label = f"{count} {name.partition('_')[0]}"
-            print("\n".join(rows(label, partial(run, scenario), seeds, solvers)), flush=True)
+            print("\n".join(rows(label, partial(run, scenario), range(seeds), solvers)), flush=True)
         print()
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -3,22 +3,21 @@
 Needs `pip install 'pilegrasp[pybullet]'`. Usage: python compare_pybullet.py [SEEDS]
 """
 
-import sys
-
-from pilegrasp_ctrl.scenarios._pile_comparison import in_bullet, in_mujoco, row, step_costs
+from pilegrasp_ctrl.scenarios._script import run_script
 
 COUNTS = (18, 30, 60, 90)
 
 
-def main() -> None:
+def main(seeds: int = 5) -> None:
     """Print both tables."""
-    seeds = range(int(sys.argv[1]) if sys.argv[1:] else 5)
+    from pilegrasp_ctrl.scenarios._pile_comparison import in_bullet, in_mujoco, row, step_costs
+
     print(
         "| 18 balls | mean height [mm] | top | spread [mm] | 17 N after | mean force [N] |\n|---|---|---|---|---|---|"
     )
-    print(row("MuJoCo, rule `paper`", [in_mujoco(18, seed, "paper") for seed in seeds]))
-    print(row("MuJoCo, rule `product`", [in_mujoco(18, seed, "product") for seed in seeds]))
-    print(row("PyBullet", [in_bullet(18, seed) for seed in seeds]))
+    print(row("MuJoCo, rule `paper`", [in_mujoco(18, seed, "paper") for seed in range(seeds)]))
+    print(row("MuJoCo, rule `product`", [in_mujoco(18, seed, "product") for seed in range(seeds)]))
+    print(row("PyBullet", [in_bullet(18, seed) for seed in range(seeds)]))
     print("\n| balls | MuJoCo [us] | PyBullet [us] | PyBullet / MuJoCo |\n|---|---|---|---|")
     for count in COUNTS:
         own, other = step_costs(count)
@@ -26,4 +25,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -7,19 +7,19 @@ import sys
 from pathlib import Path
 
 from pilegrasp_ctrl.experiments.physics.convergence import SOLVERS, STEPS, convergence, convergence_table
+from pilegrasp_ctrl.scenarios._script import run_script
 
 
-def main() -> None:
+def main(file: Path = Path("convergence.jsonl"), first: int = 0, last: int = 18) -> None:
     """Run what is missing of seeds FIRST to LAST - 1 (0 to 17) on one core, and print both tables."""
-    file, first, last = [*sys.argv[1:], *["convergence.jsonl", "0", "18"][len(sys.argv) - 1 :]]
 
     def show(share: float, what: str) -> None:
         print(f"{share:4.0%} {what}", file=sys.stderr)
 
-    results = convergence(Path(file), "spheres_wall", range(int(first), int(last)), show)
+    results = convergence(file, "spheres_wall", range(first, last), show)
     for column in (STEPS, SOLVERS):
         print(convergence_table(results, column), end="\n\n")
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

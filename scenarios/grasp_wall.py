@@ -3,16 +3,15 @@
 Usage: python grasp_wall.py [FOLDER]
 """
 
-import sys
 from pathlib import Path
 
 import pilegrasp_ctrl as pg
+from pilegrasp_ctrl.scenarios._script import run_script
 from pilegrasp_ctrl.viewer import write_html
 
 
-def main() -> None:
+def main(folder: Path = Path(".")) -> None:
     """Run the attempt and write grasp_wall.npz and grasp_wall.html into FOLDER, or here."""
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
     result = pg.run("spheres_wall", seed=0, record=True)
     facts = result.as_dict()
     for outcome in facts["outcomes"]:
@@ -24,4 +23,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

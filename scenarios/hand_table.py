@@ -3,19 +3,20 @@
 Usage: python hand_table.py [FIGURE.png]
 """
 
-import sys
+from pathlib import Path
 
 from pilegrasp_ctrl.experiments.hand.figures import hand_figure
 from pilegrasp_ctrl.experiments.hand.hand_table import measurements
 from pilegrasp_ctrl.experiments.hand.measurement import markdown
+from pilegrasp_ctrl.scenarios._script import run_script
 
 
-def main() -> None:
+def main(*figures: Path) -> None:
     """Measure; a minute on one core."""
     print(markdown(measurements()))
-    for file in sys.argv[1:]:
+    for file in figures:
         hand_figure(file)
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -4,7 +4,6 @@ Usage: python motion_pattern.py [FIRST LAST [FOLDER]], a range of seeds and wher
 """
 
 import json
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from pilegrasp_ctrl.experiments.motion.figure import pattern_figure
 from pilegrasp_ctrl.experiments.motion.motion_pattern import MotionPattern, markdown
 from pilegrasp_ctrl.experiments.motion.verdict import verdict
 from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.scenarios._script import run_script
 
 
 def recordings(support: str, seeds: range) -> Iterator[Recording]:
@@ -22,18 +22,17 @@ def recordings(support: str, seeds: range) -> Iterator[Recording]:
     yield from (attempt.recording for attempt in attempts if attempt.recording is not None)
 
 
-def main() -> None:
+def main(first: int = 0, last: int = 2, folder: Path = Path(".")) -> None:
     """Measure, print the table and what follows from it, draw."""
-    first, last, folder = [*sys.argv[1:], *("0", "2", ".")[len(sys.argv) - 1 :]]
-    Path(folder).mkdir(parents=True, exist_ok=True)
-    seeds = range(int(first), int(last))
+    folder.mkdir(parents=True, exist_ok=True)
+    seeds = range(first, last)
     patterns = [MotionPattern.of(kind, recordings(kind, seeds)) for kind in ("none", "wall", "corner")]
     answers = verdict({pattern.name: pattern.measures for pattern in patterns})
     print(markdown(patterns), *(f"{name}: {answer}" for name, answer in answers.items()), sep="\n")
-    pattern_figure(patterns).savefig(Path(folder) / "motion_pattern.png", dpi=130)
+    pattern_figure(patterns).savefig(folder / "motion_pattern.png", dpi=130)
     rows = {"conditions": [pattern.summary() for pattern in patterns], "verdict": answers}
-    (Path(folder) / "motion_pattern.json").write_text(json.dumps(rows, indent=2), encoding="utf-8")
+    (folder / "motion_pattern.json").write_text(json.dumps(rows, indent=2), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

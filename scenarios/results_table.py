@@ -4,8 +4,9 @@ Usage: python results_table.py DIR, a folder of `pilegrasp paper`
 """
 
 import json
-import sys
 from pathlib import Path
+
+from pilegrasp_ctrl.scenarios._script import run_script
 
 
 def row(claim: dict) -> str:
@@ -15,9 +16,9 @@ def row(claim: dict) -> str:
     return "| " + " | ".join(" ".join(cell.replace("|", "\\|").split()) for cell in cells) + " |"
 
 
-def main() -> None:
+def main(folder: Path) -> None:
     """Print what was run, then a line for each claim."""
-    document = json.loads(Path(sys.argv[1], "claims.json").read_text(encoding="utf-8"))
+    document = json.loads((folder / "claims.json").read_text(encoding="utf-8"))
     versions = ", ".join(f"{name} {version}" for name, version in document["versions"].items())
     print(f"`{document['command']}`, seeds from {document['seeds_from']}: {document['attempts']} attempts at ", end="")
     print(
@@ -28,4 +29,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

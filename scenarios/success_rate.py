@@ -3,7 +3,6 @@
 Usage: python success_rate.py [NAME FIRST LAST [KEY=VALUE]...], for example spheres_wall 10000 10050 hand=shovel
 """
 
-import sys
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
@@ -11,6 +10,7 @@ from scipy.stats import binomtest
 
 import pilegrasp_ctrl as pg
 from pilegrasp_ctrl.config import parse_overrides
+from pilegrasp_ctrl.scenarios._script import run_script
 
 
 def attempt(scenario: pg.Scenario, seed: int) -> tuple[bool, bool, int]:
@@ -20,12 +20,11 @@ def attempt(scenario: pg.Scenario, seed: int) -> tuple[bool, bool, int]:
     return result.success, triggered, result.grasped
 
 
-def main() -> None:
+def main(name: str = "spheres_wall", first: int = 0, last: int = 4, *overrides: str) -> None:
     """Run the seeds on two processes and print the rate with its 95 % Wilson interval."""
-    name, first, last, *overrides = sys.argv[1:] or ["spheres_wall", "0", "4"]
     scenario = pg.load_scenario(name, parse_overrides(overrides))
     with ProcessPoolExecutor(2) as pool:
-        results = list(pool.map(partial(attempt, scenario), range(int(first), int(last))))
+        results = list(pool.map(partial(attempt, scenario), range(first, last)))
     successes = sum(success for success, _, _ in results)
     interval = binomtest(successes, len(results)).proportion_ci(method="wilson")
     several = sum(held > 1 for _, _, held in results)
@@ -34,4 +33,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

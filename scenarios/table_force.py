@@ -4,21 +4,21 @@ The floor is level, so that the piles are those of `spheres_wall`; the arm takes
 minutes on one core. Usage: python table_force.py [FIRST LAST], the range of seeds
 """
 
-import sys
 from pathlib import Path
 from statistics import fmean
 from tempfile import TemporaryDirectory
 
 import pilegrasp_ctrl as pg
 from pilegrasp_ctrl.experiments.measures.table_force import table_force
+from pilegrasp_ctrl.scenarios._script import run_script
 
 ERRORS = (0.0, 0.5, 1.0, 2.0)
 CONTROLLERS = {"impedance": "impedance", "operational space": "operational_space", "stiff": "operational_space"}
 
 
-def main() -> None:
+def main(first: int = 0, last: int = 5) -> None:
     """Print the mean for each error, and of all attempts how many held something and in how many a primitive failed."""
-    seeds = range(*map(int, sys.argv[1:] or ("0", "5")))
+    seeds = range(first, last)
     print("", "end-effector", "controller", *(f"{error:g}°" for error in ERRORS), "held", "failed", "", sep=" | ")
     with TemporaryDirectory() as folder:
         gains = Path(folder, "stiff.toml")
@@ -36,4 +36,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

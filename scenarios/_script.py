@@ -1,0 +1,46 @@
+"""How a script beside this file takes its arguments, and ends."""
+
+import sys
+from argparse import ArgumentParser
+from collections.abc import Callable
+from inspect import Parameter, signature
+from itertools import chain
+from typing import get_type_hints
+
+from pilegrasp_ctrl.exceptions import PilegraspError
+
+
+def run_script(main: Callable[..., None]) -> None:
+    """Call a function with the arguments of the command line, in the order of its parameters.
+
+    A parameter's annotation turns the text into its value; one with a default may be left out. What cannot be used ends
+    the script with one sentence on standard error and status 2, as does `--help` with the docstring of the function and
+    status 0.
+    """
+    hints = get_type_hints(main)
+    parser = ArgumentParser(description=main.__doc__)
+    parameters = signature(main).parameters
+    for name, parameter in parameters.items():
+        optional = parameter.default is not Parameter.empty
+        parser.add_argument(
+            name,
+            type=hints[name],
+            nargs="*" if parameter.kind is Parameter.VAR_POSITIONAL else "?" if optional else None,
+            default=parameter.default if optional else None,
+            help=f"{parameter.default} where absent" if optional else None,
+        )
+    values = vars(parser.parse_args())
+    rest = [values.pop(name) for name, parameter in parameters.items() if parameter.kind is Parameter.VAR_POSITIONAL]
+    try:
+        main(*values.values(), *chain(*rest))
+    except PilegraspError as error:
+        _end(str(error))
+    except OSError as error:
+        if error.filename is None:
+            raise
+        _end(f"{error.filename}: {error.strerror}")
+
+
+def _end(sentence: str) -> None:
+    print(f"error: {sentence}", file=sys.stderr)
+    sys.exit(2)
