@@ -148,6 +148,14 @@ def test_the_funnel_opens_before_the_hand_along_the_push(attempt):
         assert other[name] == pytest.approx(frame[name], abs=2e-4)
 
 
+@pytest.mark.parametrize("beta", [20.0, -30.0])
+def test_the_funnel_opens_where_a_turned_hand_points(attempt, beta):
+    straight, meta = push_frame(attempt), attempt.meta | {"config": {"strategy": {"beta_deg": beta}}}
+    frame = push_frame(replace(attempt, meta=meta))
+    angles = [np.arctan2(*reversed(found["direction"])) for found in (straight, frame)]
+    assert np.rad2deg(angles[1] - angles[0]) == pytest.approx(beta, abs=1e-2)
+
+
 def test_without_a_push_a_tool_or_a_hand_there_is_no_funnel(attempt):
     assert push_frame(replace(attempt, meta={})) is None
     assert push_frame(replace(attempt, signals={})) is None

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.overlays import at_frames
 from pilegrasp_ctrl.viewer.shapes import quaternion_matrix
-from pilegrasp_ctrl.viewer.summary import summarize
+from pilegrasp_ctrl.viewer.summary import lookup, number, summarize
 
 OPENING = np.deg2rad(20.0)
-"""Of the funnel's sides against the push; the paper's Fig. 2 is a sketch without numbers."""
+"""Of the funnel's sides against its middle line; the paper's Fig. 2 is a sketch without numbers."""
 
 LENGTH = 0.25
 """Of the funnel [m]: the side of the frame in which the pile of 18 objects was dropped."""
@@ -24,9 +24,10 @@ _SHORTEST = 0.005
 def push_frame(recording: Recording) -> dict[str, Any] | None:
     """Return the funnel of the first push; None where no push, tool or hand was recorded, or it went nowhere.
 
-    The values: `start` and `end` of the push [s], its `direction` in the table's plane, and, relative to the tool, the
-    leading edge of the hand halfway through the push: its `front` along the direction, its `middle` to the left, and
-    its `half` width, with the funnel's `opening` [rad] and `length`, all in metres.
+    The values: `start` and `end` of the push [s]; the `direction` in the table's plane in which the hand points, that
+    of the push turned by beta; and, relative to the tool, the leading edge of the hand halfway through the push: its
+    `front` along the direction, its `middle` to the left, and its `half` width, with the funnel's `opening` [rad] and
+    `length`, all in metres.
     """
     phase = next((phase for phase in summarize(recording.meta).phases if phase.name == "push"), None)
     tool = at_frames(recording, "tool_position", 3)
@@ -37,7 +38,8 @@ def push_frame(recording: Recording) -> dict[str, Any] | None:
     length = float(np.hypot(*way))
     if not _SHORTEST < length < 1e3:
         return None
-    along = way / length
+    beta = np.deg2rad(number(lookup(recording.meta, "config.strategy.beta_deg")) or 0.0)
+    along = np.array([[np.cos(beta), -np.sin(beta)], [np.sin(beta), np.cos(beta)]]) @ way / length
     axes = np.array([[*along, 0.0], [-along[1], along[0], 0.0]])
     boxes = _hand_boxes(recording, int(first + last) // 2, axes)
     if not len(boxes):
