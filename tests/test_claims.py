@@ -60,6 +60,14 @@ def test_a_few_attempts_decide_nothing(name):
     assert verdict(name, n=5) == "not decided"
 
 
+def test_a_grid_is_judged_by_the_mean_of_its_cells_though_one_of_them_was_run_more_often():
+    first, *others = fig07.grid("light_sphere", SHOVEL)
+    weak = [(cell, {"n": 10, "rate": 0.7}) for cell in others]
+    finding = BY_NAME["C5"].judge(world([(first, {"n": 100, "rate": 1.0}), *weak]))
+    assert finding.samples["shovel, spheres"].n == 160
+    assert finding.samples["shovel, spheres"].rate == pytest.approx((1.0 + 15 * 0.7) / 16)
+
+
 @pytest.mark.parametrize(
     ("name", "cell"),
     [
