@@ -1,5 +1,9 @@
 """Piles: at rest, inside, reproducible, cached without a trace in the result."""
 
+import os
+import subprocess
+import sys
+
 import mujoco
 import numpy as np
 import pytest
@@ -160,6 +164,27 @@ def test_a_pile_that_never_stays_is_said(monkeypatch):
     monkeypatch.setattr(pile, "STAYS", 0.0)
     with pytest.raises(PileError, match="did not stay where it had, in any of 6 falls"):
         settled(count=3)
+
+
+def test_a_pile_does_not_depend_on_the_processors_linear_algebra():
+    code = (
+        "import numpy as np; from pilegrasp_ctrl.config_sections import PileConfig, SupportConfig;"
+        "from pilegrasp_ctrl.sim.drop import drop_poses; from pilegrasp_ctrl.sim.layout import make_layout;"
+        "from pilegrasp_ctrl.sim.objects import KINDS; kind = KINDS['cylinder'];"
+        "layout = make_layout(SupportConfig(), PileConfig(object='cylinder', count=40), kind.diameter);"
+        "print(drop_poses(kind, 40, layout, np.random.default_rng(0)).tobytes().hex())"
+    )
+    kernels = ("Haswell", "SkylakeX", "Prescott")
+    shown = {
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env=os.environ | {"OPENBLAS_CORETYPE": kernel},
+            capture_output=True,
+            check=True,
+        ).stdout
+        for kernel in kernels
+    }
+    assert len(shown) == 1
 
 
 def test_a_pile_that_does_not_come_to_rest_is_dropped_anew():

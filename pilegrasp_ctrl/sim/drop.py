@@ -65,5 +65,6 @@ def _grid(radius: float, count: int, layout: Layout, rng: np.random.Generator) -
             poses[index, :2] = layout.frame_center + np.array([cosine * x - sine * y, sine * x + cosine * y])
             poses[index, 2] = (layer + 0.5) * cell
             quaternion = rng.normal(size=4)
-            poses[index, 3:] = quaternion / np.linalg.norm(quaternion)
+            # Summed in order: BLAS, behind numpy's norm, rounds differently from one processor to another.
+            poses[index, 3:] = quaternion / math.sqrt(sum(part * part for part in quaternion.tolist()))
     return poses
