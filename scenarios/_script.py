@@ -7,15 +7,14 @@ from inspect import Parameter, signature
 from itertools import chain
 from typing import get_type_hints
 
-from pilegrasp_ctrl.exceptions import PilegraspError
+from pilegrasp_ctrl.exceptions import ConfigurationError, PilegraspError
 
 
 def run_script(main: Callable[..., None]) -> None:
     """Call a function with the arguments of the command line, in the order of its parameters.
 
     A parameter's annotation turns the text into its value; one with a default may be left out. What cannot be used ends
-    the script with one sentence on standard error and status 2, as does `--help` with the docstring of the function and
-    status 0.
+    the script with one sentence on standard error and status 2. `--help` shows the function's docstring.
     """
     hints = get_type_hints(main)
     parser = ArgumentParser(description=main.__doc__)
@@ -27,7 +26,7 @@ def run_script(main: Callable[..., None]) -> None:
             type=hints[name],
             nargs="*" if parameter.kind is Parameter.VAR_POSITIONAL else "?" if optional else None,
             default=parameter.default if optional else None,
-            help=f"{parameter.default} where absent" if optional else None,
+            help="%(default)s where absent" if optional else None,
         )
     values = vars(parser.parse_args())
     rest = [values.pop(name) for name, parameter in parameters.items() if parameter.kind is Parameter.VAR_POSITIONAL]
@@ -39,6 +38,17 @@ def run_script(main: Callable[..., None]) -> None:
         if error.filename is None:
             raise
         _end(f"{error.filename}: {error.strerror}")
+
+
+def seed_range(first: int, last: int) -> range:
+    """Return the seeds from `first` on, `last` left out.
+
+    Raises:
+        ConfigurationError: where there are none.
+    """
+    if last <= first:
+        raise ConfigurationError(f"there is no seed from {first} to {last}, the last one left out; raise the second")
+    return range(first, last)
 
 
 def _end(sentence: str) -> None:

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from pilegrasp_ctrl.experiments.physics.convergence import SOLVERS, STEPS, convergence, convergence_table
-from pilegrasp_ctrl.scenarios._script import run_script
+from pilegrasp_ctrl.scenarios._script import run_script, seed_range
 
 
 def main(file: Path = Path("convergence.jsonl"), first: int = 0, last: int = 18) -> None:
@@ -16,7 +16,7 @@ def main(file: Path = Path("convergence.jsonl"), first: int = 0, last: int = 18)
     def show(share: float, what: str) -> None:
         print(f"{share:4.0%} {what}", file=sys.stderr)
 
-    results = convergence(file, "spheres_wall", range(first, last), show)
+    results = convergence(file, "spheres_wall", seed_range(first, last), show)
     for column in (STEPS, SOLVERS):
         print(convergence_table(results, column), end="\n\n")
 

@@ -12,7 +12,7 @@ from pilegrasp_ctrl.experiments.motion.figure import pattern_figure
 from pilegrasp_ctrl.experiments.motion.motion_pattern import MotionPattern, markdown
 from pilegrasp_ctrl.experiments.motion.verdict import verdict
 from pilegrasp_ctrl.recording import Recording
-from pilegrasp_ctrl.scenarios._script import run_script
+from pilegrasp_ctrl.scenarios._script import run_script, seed_range
 
 
 def recordings(support: str, seeds: range) -> Iterator[Recording]:
@@ -25,7 +25,7 @@ def recordings(support: str, seeds: range) -> Iterator[Recording]:
 def main(first: int = 0, last: int = 2, folder: Path = Path(".")) -> None:
     """Measure, print the table and what follows from it, draw."""
     folder.mkdir(parents=True, exist_ok=True)
-    seeds = range(first, last)
+    seeds = seed_range(first, last)
     patterns = [MotionPattern.of(kind, recordings(kind, seeds)) for kind in ("none", "wall", "corner")]
     answers = verdict({pattern.name: pattern.measures for pattern in patterns})
     print(markdown(patterns), *(f"{name}: {answer}" for name, answer in answers.items()), sep="\n")

@@ -8,13 +8,13 @@ from pathlib import Path
 
 from pilegrasp_ctrl.experiments.hand.figures import sensitivity_figure
 from pilegrasp_ctrl.experiments.hand.sensitivity import conditions, markdown, measure, rows
-from pilegrasp_ctrl.scenarios._script import run_script
+from pilegrasp_ctrl.scenarios._script import run_script, seed_range
 
 
 def main(folder: Path, first: int, last: int, jobs: int = 1) -> None:
     """Run the missing attempts, print the table and draw FOLDER/sensitivity.png."""
     file = folder / "sensitivity.csv"
-    for condition, seed in measure(conditions(), range(first, last), jobs, file):
+    for condition, seed in measure(conditions(), seed_range(first, last), jobs, file):
         print(condition.label, seed, file=sys.stderr)
     counted = rows(file)
     print(markdown(counted))

@@ -10,7 +10,7 @@ from scipy.stats import binomtest
 
 import pilegrasp_ctrl as pg
 from pilegrasp_ctrl.config import parse_overrides
-from pilegrasp_ctrl.scenarios._script import run_script
+from pilegrasp_ctrl.scenarios._script import run_script, seed_range
 
 
 def attempt(scenario: pg.Scenario, seed: int) -> tuple[bool, bool, int]:
@@ -24,7 +24,7 @@ def main(name: str = "spheres_wall", first: int = 0, last: int = 4, *overrides: 
     """Run the seeds on two processes and print the rate with its 95 % Wilson interval."""
     scenario = pg.load_scenario(name, parse_overrides(overrides))
     with ProcessPoolExecutor(2) as pool:
-        results = list(pool.map(partial(attempt, scenario), range(first, last)))
+        results = list(pool.map(partial(attempt, scenario), seed_range(first, last)))
     successes = sum(success for success, _, _ in results)
     interval = binomtest(successes, len(results)).proportion_ci(method="wilson")
     several = sum(held > 1 for _, _, held in results)

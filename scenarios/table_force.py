@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 
 import pilegrasp_ctrl as pg
 from pilegrasp_ctrl.experiments.measures.table_force import table_force
-from pilegrasp_ctrl.scenarios._script import run_script
+from pilegrasp_ctrl.scenarios._script import run_script, seed_range
 
 ERRORS = (0.0, 0.5, 1.0, 2.0)
 CONTROLLERS = {"impedance": "impedance", "operational space": "operational_space", "stiff": "operational_space"}
@@ -18,7 +18,7 @@ CONTROLLERS = {"impedance": "impedance", "operational space": "operational_space
 
 def main(first: int = 0, last: int = 5) -> None:
     """Print the mean for each error, and of all attempts how many held something and in how many a primitive failed."""
-    seeds = range(first, last)
+    seeds = seed_range(first, last)
     print("", "end-effector", "controller", *(f"{error:g}°" for error in ERRORS), "held", "failed", "", sep=" | ")
     with TemporaryDirectory() as folder:
         gains = Path(folder, "stiff.toml")

@@ -162,7 +162,7 @@ def test_the_middle_is_that_of_a_hand_that_is_turned_against_its_way(beta):
     assert found["mouth_width"] == pytest.approx(2 * HALF_WIDTH)
 
 
-@pytest.mark.parametrize("strategy", [{"beta_deg": "20"}, {}, None])
+@pytest.mark.parametrize("strategy", [{"beta_deg": "20"}, {"beta_deg": 10**400}, {}, None])
 def test_an_angle_that_is_no_number_counts_as_none(strategy):
     ways = {"far": RESTLESS, "a": at_rest(0.17, 0.0)}
     found = measure(push_recording(ways, config={"strategy": strategy}))

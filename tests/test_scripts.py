@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pilegrasp_ctrl.exceptions import ConfigurationError
-from pilegrasp_ctrl.scenarios._script import run_script
+from pilegrasp_ctrl.scenarios._script import run_script, seed_range
 
 FOLDER = Path(__file__).parents[1] / "scenarios"
 
@@ -83,6 +83,13 @@ def test_without_pybullet_the_comparison_says_how_to_get_it():
     )
     assert shown.returncode == 2
     assert shown.stderr.startswith("error: PyBullet is not installed")
+
+
+@pytest.mark.parametrize("last", [3, 0])
+def test_a_range_without_a_seed_is_refused(last):
+    assert seed_range(3, 5) == range(3, 5)
+    with pytest.raises(ConfigurationError, match=f"no seed from 3 to {last}"):
+        seed_range(3, last)
 
 
 def test_a_scenario_that_does_not_exist_is_named():

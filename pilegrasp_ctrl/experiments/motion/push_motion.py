@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...recording import Recording
+from ...viewer.summary import lookup, number
 from .hand_mouth import HandMouth
 
 Array = NDArray[np.float64]
@@ -166,10 +167,8 @@ def tool_position(recording: Recording, times: Array) -> Array:
 
 def strategy_number(recording: Recording, name: str, usual: float) -> float:
     """Return a number that the recorded configuration gives the strategy; `usual` where it gives none."""
-    config = recording.meta.get("config")
-    strategy = config.get("strategy") if isinstance(config, Mapping) else None
-    noted = strategy.get(name) if isinstance(strategy, Mapping) else None
-    return float(noted) if isinstance(noted, int | float) else usual
+    noted = number(lookup(recording.meta, f"config.strategy.{name}"))
+    return usual if noted is None else noted
 
 
 def _turned(axes: Array, angle: float) -> Array:
