@@ -8,7 +8,7 @@ import pytest
 
 from pilegrasp_ctrl.sim.bounce import damping_ratio_for, restitution_of
 from pilegrasp_ctrl.sim.contact import NATURAL_FREQUENCY, add_pair, combine, pair_parameters
-from pilegrasp_ctrl.sim.objects import KINDS, TENNIS_BALL, object_kind, restitution_for_mass
+from pilegrasp_ctrl.sim.objects import KINDS, SMOOTH, object_kind, restitution_for_mass
 from pilegrasp_ctrl.sim.scene import new_spec
 from pilegrasp_ctrl.sim.surface import SUPPORT, Surface
 
@@ -122,7 +122,7 @@ def test_a_rolling_ball_slows_down_as_rolling_friction_says():
 
 
 def test_a_ball_comes_to_rest():
-    model = on_a_plane(object_kind("light_sphere"), TENNIS_BALL)
+    model = on_a_plane(object_kind("light_sphere"), SMOOTH)
     data = mujoco.MjData(model)
     data.qpos[2] = 0.1
     for _ in range(4000):
@@ -132,7 +132,7 @@ def test_a_ball_comes_to_rest():
 
 def test_the_three_rules_differ_as_their_names_say():
     hand = Surface(0.5, 0.001, 0.001, 0.8, rank=2)
-    ball = TENNIS_BALL
+    ball = SMOOTH
     assert combine(hand, ball, "paper") == hand
     assert combine(ball, SUPPORT, "paper") == ball
     product = combine(hand, ball, "product")

@@ -12,7 +12,7 @@ from ..exceptions import ConfigurationError
 from .hull import Hull
 from .net import Net
 from .object_keys import number, numbers, refuse_unknown, subtable
-from .object_kind import TENNIS_BALL, ObjectKind
+from .object_kind import SMOOTH, ObjectKind
 from .restitution import restitution_for_mass
 from .surface import Surface
 
@@ -37,7 +37,7 @@ INERTIA_FACTORS = (0.1, 2.0)
 NET_LOOPS = (0.01, 3.0)
 LARGEST_NET = 12
 _COMMON = ("shape", "mass", "inertia_factor", "friction", "restitution", "net", "source")
-_FRICTION = {"lateral": TENNIS_BALL.lateral, "spinning": TENNIS_BALL.spinning, "rolling": TENNIS_BALL.rolling}
+_FRICTION = {"lateral": SMOOTH.lateral, "spinning": SMOOTH.spinning, "rolling": SMOOTH.rolling}
 
 
 def read_object(file: Path, variant: str = "real") -> ObjectKind:

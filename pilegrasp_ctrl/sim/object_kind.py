@@ -17,9 +17,9 @@ from .surface import Surface
 OBJECT_BIT = 2
 """Contact affinity of the objects; the arm's links get it as a contact type, everything else has explicit pairs."""
 
-TENNIS_BALL = Surface(lateral=0.25, spinning=0.001, rolling=0.001, restitution=0.72, rank=1)
-"""Cross (2002), Tables I-II: 0.25 where the ball slides on smooth wood, the only coefficient measured there (where it
-bites there are lower bounds, up to 0.6); restitution 0.72 at 60 g. All objects share its friction (the paper, V-A)."""
+SMOOTH = Surface(lateral=0.25, spinning=0.001, rolling=0.001, restitution=0.72, rank=1)
+"""What an object's skin does unless its file says otherwise: 0.25 is the one coefficient of sliding that Cross (2002,
+Tables I-II) measured, of a ball on smooth wood; 0.001 m are the paper's numbers for the end-effector (V-A)."""
 
 Shape = Literal["sphere", "ellipsoid", "capsule", "cylinder", "box", "mesh"]
 

@@ -9,11 +9,11 @@ from ..config_sections import PileConfig
 from ..exceptions import ConfigurationError
 from ..scenarios import is_file, object_files, object_parts
 from .object_file import read_object
-from .object_kind import OBJECT_BIT, TENNIS_BALL, ObjectKind
+from .object_kind import OBJECT_BIT, SMOOTH, ObjectKind
 from .object_mix import ObjectMix, Objects
 from .restitution import restitution_for_mass
 
-__all__ = ["KINDS", "OBJECT_BIT", "TENNIS_BALL", "ObjectKind", "kind_of", "object_kind", "restitution_for_mass"]
+__all__ = ["KINDS", "OBJECT_BIT", "SMOOTH", "ObjectKind", "kind_of", "object_kind", "restitution_for_mass"]
 
 KINDS = {name: read_object(file) for name, file in object_files().items()}
 """The kinds that ship, in the variant "real"."""
