@@ -65,7 +65,8 @@ def test_a_ball_rolls_down_as_the_formula_says_and_rests_against_the_low_wall(so
         for _ in range(300):
             mujoco.mj_step(model, data)
         speeds.append(data.qvel[0])
-    assert (speeds[1] - speeds[0]) / 0.3 == pytest.approx(expected, rel=0.05)
+    # Within 1.5 % of what drives it: the rolling friction of felt takes most of that.
+    assert (speeds[1] - speeds[0]) / 0.3 == pytest.approx(expected, abs=0.015 * G * math.sin(SLOPE))
     assert data.qpos[0] < layout_of().foot - radius
     for _ in range(15000):
         mujoco.mj_step(model, data)
