@@ -162,7 +162,7 @@ def _plan_within_reach(
         for pose in plan.waypoints:
             posture = search.solve(pose, posture)
         try:
-            search.solve(plan.end, posture)
+            search.follow(plan.end, posture)
         except UnreachablePoseError:
             if farthest == REACH[-1]:
                 raise

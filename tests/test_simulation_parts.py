@@ -98,6 +98,20 @@ def test_a_start_leads_to_a_posture_near_it(search):
         assert np.abs(posture.solve(here.moved([0.02, 0.0, 0.0]), q) - q).max() < 0.15
 
 
+def test_a_straight_way_ends_next_to_its_start_or_nowhere(search):
+    hand, posture, *_ = search
+    here = Pose((0.7, 0.0, 0.1), tool_rotation(0.0, hand.theta))
+    q = posture.solve(here)
+    np.testing.assert_allclose(posture.follow(here.moved([0.02, 0.0, 0.0]), q), q, atol=0.15)
+    beyond = here.moved([0.8, 0.0, 0.0])
+    with pytest.raises(UnreachablePoseError, match="cannot reach"):
+        posture.follow(beyond, q)
+    # From half a turn of the base, the search finds the way by a posture of its own; a straight way does not exist.
+    turned = np.array(q)
+    turned[0] += 2.5
+    assert np.abs(posture.solve(here, turned) - turned).max() > 1.0
+
+
 @pytest.mark.parametrize("place", [(1.5, 0.0, 0.3), (0.7, 0.0, -0.6)])
 def test_a_place_out_of_reach_is_said_in_one_sentence(search, place):
     hand, posture, *_ = search

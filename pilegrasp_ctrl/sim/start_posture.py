@@ -16,6 +16,9 @@ MARGIN = 0.05
 """The start posture keeps this distance from the joint limits [rad]."""
 STEP = 0.1
 ITERATIONS = 300
+SETTLED = 1e-6
+"""The search holds on to its first posture until no joint moves by more than this in an iteration [rad]; then the tool
+alone counts."""
 
 
 class StartPosture:
@@ -45,9 +48,20 @@ class StartPosture:
         Raises:
             UnreachablePoseError: where none leads there within the joint limits.
         """
+        return self._solve(pose, ([start] if start is not None else []) + self._postures)
+
+    def follow(self, pose: Pose, start: Array) -> Array:
+        """Return joint angles (nv,) [rad] for `pose` that lie next to `start`: where a straight way from there ends.
+
+        Raises:
+            UnreachablePoseError: as `solve`.
+        """
+        return self._solve(pose, [start])
+
+    def _solve(self, pose: Pose, guesses: list[Array]) -> Array:
         target = self._base.inverse() @ pose
         nearest = np.inf
-        for guess in ([start] if start is not None else []) + self._postures:
+        for guess in guesses:
             q, position_error, orientation_error = self._descend(target, guess)
             if position_error < POSITION_TOLERANCE and orientation_error < ORIENTATION_TOLERANCE:
                 return q
@@ -68,11 +82,13 @@ class StartPosture:
         posture = mink.PostureTask(self._model, cost=1e-3)
         posture.set_target(np.asarray(guess, dtype=float))
         limits = [mink.ConfigurationLimit(self._model, min_distance_from_limits=MARGIN)]
+        tasks = [tool, posture]
         for iteration in range(ITERATIONS):
-            tasks = [tool, posture] if iteration < ITERATIONS // 2 else [tool]
             velocity = mink.solve_ik(configuration, tasks, STEP, "daqp", damping=1e-6, limits=limits)
             configuration.integrate_inplace(velocity, STEP)
             error = tool.compute_error(configuration)
-            if iteration >= ITERATIONS // 2 and np.linalg.norm(error) < 0.5 * POSITION_TOLERANCE:
+            if len(tasks) == 1 and np.linalg.norm(error) < 0.5 * POSITION_TOLERANCE:
                 break
+            if iteration + 1 >= ITERATIONS // 2 or np.abs(velocity).max() * STEP < SETTLED:
+                tasks = [tool]
         return configuration.q.copy(), float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:]))

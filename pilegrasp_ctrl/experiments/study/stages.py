@@ -78,7 +78,7 @@ def _attempt(scenario: Scenario, seed: int) -> dict[str, float]:
             stack.enter_context(patch.object(owner, name, _metered(getattr(owner, name), took, stage)))
 
         meter(preparation, "settle_pile", LOADED)
-        meter(preparation.StartPosture, "solve", SEARCHED)
+        meter(preparation.StartPosture, "_solve", SEARCHED)
         begun = thread_time()
         attempt = preparation.prepare(scenario, seed)
         took[BUILT] = thread_time() - begun - took[LOADED] - took[SEARCHED]
