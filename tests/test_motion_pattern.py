@@ -169,71 +169,112 @@ def test_an_angle_that_is_no_number_counts_as_none(strategy):
     assert found == measure(push_recording(ways))
 
 
-def tip_and_deep(pairs: list[tuple[str, str]], forces: list[list[float]], y: float = 0.005, alpha: float = 0.0) -> dict:
-    """Measure a push that leaves one object 10 mm before the leading edge and one in the middle of the hand.
+def tip_and_deep(pairs: list[tuple[str, str]], x: float, y: float, alpha: float = 0.0) -> dict:
+    """Measure a push that leaves one object before the leading edge and one in the hand, 40 mm beside its middle.
 
     Args:
-        pairs: names of the bodies that touch in all frames; beside the objects there are palm and wall.
-        forces: what the second does to the first, along the axes of the push frame [N].
-        y: where the object before the edge lies [m].
+        pairs: names of the bodies that touch in all frames.
+        x: how far before the edge the former lies at the end [m].
+        y: how far to the left [m].
         alpha: of the push [rad].
     """
-    ways = {"far": RESTLESS, "tip": at_rest(0.21, y), "deep": sliding_in(0.1, 0.0, 0.04)}
+    ways = {"far": RESTLESS, "tip": at_rest(0.2 + x, y), "deep": sliding_in(0.1, -0.04, 0.04)}
     recording = push_recording(ways, alpha=alpha, held=("tip",))
-    bodies = (*recording.bodies, Body("wall", "support", (Shape("box", (0.01, 1.0, 0.1)),)))
-    number = {body.name: index for index, body in enumerate(bodies)}
+    number = {body.name: index for index, body in enumerate(recording.bodies)}
     frames = recording.frame_time.size
-    turn = np.array([[np.cos(alpha), -np.sin(alpha), 0.0], [np.sin(alpha), np.cos(alpha), 0.0], [0.0, 0.0, 1.0]])
     contacts = Contacts(
         np.arange(frames + 1) * len(pairs),
         np.tile([[number[name] for name in pair] for pair in pairs], (frames, 1)),
         np.zeros((frames * len(pairs), 3)),
-        np.tile(np.array(forces) @ turn.T, (frames, 1)),
+        np.ones((frames * len(pairs), 3)),
     )
-    place = np.concatenate([recording.body_position, np.zeros((frames, 1, 3))], axis=1)
-    upright = np.tile([1.0, 0.0, 0.0, 0.0], (frames, 1, 1))
-    quaternion = np.concatenate([recording.body_quaternion, upright], axis=1)
-    tracks = {"bodies": bodies, "body_position": place, "body_quaternion": quaternion}
-    return measure(replace(recording, contacts=contacts, **tracks))
-
-
-PUSHED, STOPPED = [2.0, 0.0, 1.5], [-3.0, 0.0, 0.5]
-"""What palm and wall do to an object between them [N]."""
+    return measure(replace(recording, contacts=contacts))
 
 
 @pytest.mark.parametrize("alpha", [0.0, 2.5])
-@pytest.mark.parametrize("turned", [False, True])
-def test_an_object_wedged_between_fingertips_and_wall_comes_before_the_one_deep_inside(turned, alpha):
-    pairs, forces = [("tip", "palm"), ("tip", "wall")], [PUSHED, STOPPED]
-    if turned:
-        pairs, forces = [("palm", "tip"), ("wall", "tip")], (-np.array(forces)).tolist()
-    found = tip_and_deep(pairs, forces, alpha=alpha)
-    assert found["separated"] == {"object": "tip", "time": pytest.approx(BEGIN, abs=0.02), "stabilised": None}
+@pytest.mark.parametrize("pair", [("tip", "palm"), ("palm", "tip")])
+def test_an_object_on_the_fingertips_right_before_the_middle_comes_before_one_beside_it(pair, alpha):
+    found = tip_and_deep([pair], 0.2 * RADIUS, 0.0, alpha)
+    late = pytest.approx(END - 0.8 * RADIUS / SPEED, abs=0.02)
+    assert found["separated"]["object"] == "tip"
+    assert found["separated"]["stabilised"] is None
+    assert found["separated"]["time"] == late
     assert found["in_hand"] == ["tip", "deep"]
     assert found["agreed"] is True
 
 
-def test_an_object_wedged_beside_the_middle_does_not_come_before_one_in_the_middle():
-    found = tip_and_deep([("tip", "palm"), ("tip", "wall")], [PUSHED, STOPPED], y=0.5 * RADIUS)
+@pytest.mark.parametrize(
+    ("pair", "x", "y"),
+    [
+        (("tip", "far"), 0.2 * RADIUS, 0.0),
+        (("tip", "deep"), 0.2 * RADIUS, 0.0),
+        (("far", "palm"), 0.2 * RADIUS, 0.0),
+        (("tip", "palm"), 1.2 * RADIUS, 0.0),
+        (("tip", "palm"), 0.2 * RADIUS, HALF_WIDTH + 0.005),
+    ],
+    ids=["touches an object", "touches what is in the hand", "not touched", "before the hand", "beside the hand"],
+)
+def test_what_the_fingertips_do_not_touch_before_the_hand_is_not_caught(pair, x, y):
+    found = tip_and_deep([pair], x, y)
     assert found["separated"]["object"] == "deep"
-    assert found["in_hand"] == ["tip", "deep"]
+    assert found["in_hand"] == ["deep"]
+
+
+def test_the_farther_an_object_lies_before_the_edge_the_nearer_to_the_middle_it_must_be():
+    # |y| + 1.5 max(x + r / 2, 0): 45 against 40 mm; 15 against 20 and 5 mm.
+    assert tip_and_deep([("tip", "palm")], 0.5 * RADIUS, 0.0)["separated"]["object"] == "deep"
+    inside = {"far": RESTLESS, "edge": sliding_in(0.1, 0.0, 0.005), "deep": sliding_in(0.05, 0.02, 0.04)}
+    assert measure(push_recording(inside))["separated"]["object"] == "edge"
+    inside["deep"] = sliding_in(0.05, 0.005, 0.04)
+    assert measure(push_recording(inside))["separated"]["object"] == "deep"
 
 
 @pytest.mark.parametrize(
-    ("pairs", "forces", "y"),
-    [
-        ([("tip", "palm"), ("tip", "far")], [PUSHED, STOPPED], 0.005),
-        ([("tip", "palm"), ("tip", "wall")], [PUSHED, [-1.0, 0.0, 2.0]], 0.005),
-        ([("tip", "palm"), ("tip", "wall")], [PUSHED, [3.0, 0.0, 0.5]], 0.005),
-        ([("tip", "deep"), ("tip", "wall")], [PUSHED, STOPPED], 0.005),
-        ([("tip", "palm"), ("tip", "wall")], [PUSHED, STOPPED], RADIUS + 0.005),
-    ],
-    ids=["stopped by an object", "on the table", "pushed on by a wall", "not touched", "aside"],
+    ("slants", "kept"),
+    [((20.0,), "right"), ((-20.0,), "left"), ((0.0,), "left"), ((45.0, -45.0), "left"), ((90.0, 20.0), "right")],
+    ids=["nearer on the right", "nearer on the left", "square", "corner", "beside a wall along the way"],
 )
-def test_an_object_before_the_hand_is_not_wedged(pairs, forces, y):
-    found = tip_and_deep(pairs, forces, y)
-    assert found["separated"]["object"] == "deep"
-    assert found["in_hand"] == ["deep"]
+@pytest.mark.parametrize("alpha", [0.0, 2.0])
+def test_before_a_slanted_wall_the_hand_keeps_what_lies_where_it_is_nearer(slants, kept, alpha):
+    ways = {"far": RESTLESS, "left": sliding_in(0.1, 0.015, 0.03), "right": sliding_in(0.1, -0.025, 0.03)}
+    recording = push_recording(ways, alpha=alpha)
+    frames = recording.frame_time.size
+    walls, turns = [], []
+    for slant in slants:
+        # The hand points to the left of the wall's normal by the slant.
+        walls.append(Body(f"wall_{slant}", "support", (Shape("box", (0.01, 1.0, 0.1)), Shape("plane", (1.0, 1.0)))))
+        turns.append(np.tile(yawed(alpha - np.radians(slant)), (frames, 1, 1)))
+    found = measure(
+        replace(
+            recording,
+            bodies=(*recording.bodies, *walls),
+            body_position=np.concatenate([recording.body_position, np.zeros((frames, len(walls), 3))], axis=1),
+            body_quaternion=np.concatenate([recording.body_quaternion, *turns], axis=1),
+        )
+    )
+    assert found["in_hand"] == ["left", "right"]
+    assert found["separated"]["object"] == kept
+
+
+def yawed(angle: float) -> np.ndarray:
+    return np.array([np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)])
+
+
+def test_a_thumb_above_the_objects_is_no_part_of_the_leading_edge():
+    recording = push_recording({"far": RESTLESS, "a": at_rest(0.17, 0.0)})
+    thumb = Body("thumb", "hand", (Shape("box", (0.03, 0.02, 0.01), (FRONT, -0.1, 2.5 * RADIUS)),))
+    bodies = tuple(thumb if body.name == "thumb" else body for body in recording.bodies)
+    found = measure(replace(recording, bodies=bodies))
+    assert found == measure(recording)
+    assert found["mouth_width"] == pytest.approx(2 * HALF_WIDTH)
+
+
+def test_the_speed_is_that_of_the_slide_where_a_wall_stops_the_hand_at_the_end():
+    recording = push_recording({"far": RESTLESS})
+    tool = recording.signals["tool_position"].copy()
+    tool[:, 0] = np.minimum(tool[:, 0], tool[0, 0] + 0.7 * (tool[-1, 0] - tool[0, 0]))
+    stopped = replace(recording, signals=recording.signals | {"tool_position": tool})
+    assert measure(stopped)["hand_speed"] == pytest.approx(SPEED, rel=1e-4)
 
 
 def test_an_object_that_still_slides_in_has_not_stabilised():

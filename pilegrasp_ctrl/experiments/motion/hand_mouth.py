@@ -42,15 +42,18 @@ class HandMouth:
             frames: over which to look.
             tool: (F, 3) positions of the tool in those frames [m].
             axes: (2, 3) level unit vectors where the hand points and to its left.
-            depth: shapes that reach within this of the foremost point make up the leading edge [m].
+            depth: shapes that reach within this of the foremost point, and of the lowest, make up the leading edge [m];
+                a thumb above the objects is no part of it.
         """
-        center, extent = _hand_boxes(recording, frames, axes)
+        upright = np.vstack([axes, [0.0, 0.0, 1.0]])
+        center, extent = _hand_boxes(recording, frames, upright)
         if not center.shape[1]:
             return None
-        center = center - (tool @ axes.T)[:, None]
+        center = center - (tool @ upright.T)[:, None]
         high, low = center + extent, center - extent
-        front = high[..., 0].max(axis=1)
-        leading = high[..., 0] > front[:, None] - depth
+        sliding = low[..., 2] < low[..., 2].min(axis=1, keepdims=True) + depth
+        front = np.where(sliding, high[..., 0], -np.inf).max(axis=1)
+        leading = sliding & (high[..., 0] > front[:, None] - depth)
         right = np.where(leading, low[..., 1], np.inf).min(axis=1)
         left = np.where(leading, high[..., 1], -np.inf).max(axis=1)
         return cls(*(float(np.median(line)) for line in (front, low[..., 0].min(axis=1), right, left)))
@@ -68,7 +71,7 @@ def rotations(quaternion: NDArray[np.floating]) -> Array:
 
 
 def _hand_boxes(recording: Recording, frames: slice, axes: Array) -> tuple[Array, Array]:
-    """Return centres and half-extents (F, shapes, 2) of the hand's shapes along the axes."""
+    """Return centres and half-extents (F, shapes, 3) of the hand's shapes along three axes."""
     centers, extents = [], []
     for index, body in enumerate(recording.bodies):
         if body.role != "hand":
@@ -80,5 +83,5 @@ def _hand_boxes(recording: Recording, frames: slice, axes: Array) -> tuple[Array
             own = axes @ turn @ rotations(np.array(shape.quaternion))
             extents.append(np.abs(own) @ np.array(shape.half_extents()))
     if not centers:
-        return np.zeros((0, 0, 2)), np.zeros((0, 0, 2))
+        return np.zeros((0, 0, 3)), np.zeros((0, 0, 3))
     return np.stack(centers, axis=1), np.stack(extents, axis=1)

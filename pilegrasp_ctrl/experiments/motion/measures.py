@@ -14,7 +14,7 @@ from .funnel import Funnel
 from .motion_field import MotionField
 from .push_motion import PushMotion, has_points, primitive, strategy_number, tool_position
 from .separation import Separation
-from .wedged import wedged
+from .touching import touching
 
 USUAL_LIFT = 0.2
 
@@ -24,15 +24,15 @@ def measure(recording: Recording) -> dict[str, Any]:
 
     Keys, in m and m/s:
         triggered: whether the force along the push reached F_grasp.
-        hand_speed: mean speed of the hand from the pile's first motion to the end of the push.
+        hand_speed: median speed of the hand from the pile's first motion to the end of the push.
         approach_speed: mean speed at which objects before the leading edge come nearer to the hand.
         spread_speed: mean speed at which objects ahead of it and beside it move away from the edge, in the scene;
             spread_forward and spread_sideways are the mean components of that motion along the push and across it.
         mouth_width: of the hand's leading edge.
         funnel_width: of the funnel, two diameters ahead of the edge.
         separated: {object, time, stabilised}, from the frames of the push alone.
-        in_hand: names of all objects in the hand at the end of the push, or wedged between it and a wall; the separated
-            one is among them.
+        in_hand: names of all objects in the hand at the end of the push, or touched right before its edge; the
+            separated one is among them.
         held: names of the objects in the hand at the end.
         agreed: whether the separated object is one of them; None where none is held.
         force_chains: see `force_chains`; absent where the recording holds no contacts.
@@ -45,8 +45,8 @@ def measure(recording: Recording) -> dict[str, Any]:
     names = ("approach_speed", "spread_speed", "spread_forward", "spread_sideways", "mouth_width", "funnel_width")
     result |= dict.fromkeys(("hand_speed", *names))
     if push:
-        at_wall = wedged(recording, push)
-        separated, caught = Separation.of(push, at_wall), (push.in_hand | at_wall)[-1]
+        every = push.in_hand | (touching(recording, push) & push.at_edge)
+        separated, caught = Separation.of(push, every), every[-1]
         result |= {"hand_speed": push.hand_speed, "mouth_width": 2.0 * push.half_width} | _speeds(push)
         result["funnel_width"] = Funnel.of(MotionField.of(push)).width_at(4.0 * push.radius)
         if chains := force_chains(recording, push):

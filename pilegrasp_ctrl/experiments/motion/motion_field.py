@@ -31,7 +31,7 @@ class MotionField:
         attempts: how many went in.
         radius: of the objects [m]; the mean over the attempts.
         half_width: half the width of the hand's leading edge [m]; the mean.
-        hand_speed: mean speed of the hand [m/s].
+        hand_speed: that of a push, in the mean over attempts [m/s].
         count: (nx, ny) frames in which an object's centre was in the cell.
         time: (nx, ny) how long it was there [s].
         relative: (nx, ny, 2) sum of the displacements relative to the hand [m].

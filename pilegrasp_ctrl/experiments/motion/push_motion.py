@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ...recording import Recording
 from ...viewer.summary import lookup, number
 from .hand_mouth import HandMouth
+from .slanted_wall import nearer_side
 
 Array = NDArray[np.float64]
 
@@ -52,6 +53,7 @@ class PushMotion:
         axes: (2, 3) unit vectors of x and y in the scene.
         triggered: whether the force along the push reached F_grasp.
         rigid: whether the hand is a single body, which cannot close.
+        nearer_side: on which side a slanted wall is nearer, see `slanted_wall`.
     """
 
     time: Array
@@ -64,6 +66,7 @@ class PushMotion:
     axes: Array
     triggered: bool
     rigid: bool
+    nearer_side: int
 
     @classmethod
     def of(cls, recording: Recording) -> PushMotion | None:
@@ -102,12 +105,14 @@ class PushMotion:
             axes=axes,
             triggered=push.get("trigger") == "grasp force",
             rigid=sum(body.role == "hand" for body in recording.bodies) == 1,
+            nearer_side=nearer_side(recording, axes),
         )
 
     @property
     def hand_speed(self) -> float:
-        """Mean speed of the hand along its way [m/s]."""
-        return math.dist(self.hand[-1], self.hand[0]) / float(self.time[-1] - self.time[0])
+        """Median speed of the hand along its way [m/s]: that of its slide, also where a wall stops it at the end."""
+        step = np.linalg.norm(np.diff(self.hand, axis=0), axis=1)
+        return float(np.median(step / np.diff(self.time)))
 
     @property
     def relative_velocity(self) -> Array:
@@ -141,6 +146,12 @@ class PushMotion:
         """(F, n) whether an object's centre is behind the leading edge and within its width: the hand is beneath it."""
         x, y = np.moveaxis(self.relative, -1, 0)
         return (x < 0.0) & (x > -self.length) & (np.abs(y) <= self.half_width)
+
+    @property
+    def at_edge(self) -> NDArray[np.bool_]:
+        """(F, n) whether an object's centre is at most a radius before the leading edge, within its width."""
+        x, y = np.moveaxis(self.relative, -1, 0)
+        return (x >= 0.0) & (x <= self.radius) & (np.abs(y) <= self.half_width)
 
 
 def primitive(recording: Recording, name: str) -> Mapping[str, Any] | None:

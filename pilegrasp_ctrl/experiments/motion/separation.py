@@ -14,9 +14,15 @@ AT_REST = 0.5
 """An object is stable in the hand below this share of |v_hand| relative to it: nearer to moving with the hand (0) than
 to standing still while the hand slides beneath it (1)."""
 
-CENTRAL = 1.0 / 3.0
-"""A wedged object stays before the hand's middle where its centre is off by less than this share of its radius; farther
-aside, what lies nearer to the middle inside stays instead (docs/motion-pattern.md)."""
+INSIDE = 0.5
+"""An object whose centre lies this share of its radius behind the leading edge is as good as enclosed."""
+
+OUTSIDE = 1.5
+"""What it lacks of that counts so many times as much as a distance from the middle."""
+
+RECEDING = 0.5
+"""Before a slanted wall a distance from the middle counts for this share more where the wall recedes, and less where it
+is nearer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,16 +30,16 @@ class Separation:
     """The object that the hand is about to keep.
 
     A rigid hand, which tilts back, keeps the one that it has caught deepest. A hand that closes keeps the one nearest
-    to its middle, and first of all one that it has wedged against a wall right before its middle.
-
-    Such a hand is open at its sides and closes on its middle: of two objects that came in side by side, the one nearer
-    to the middle is enclosed and the other pushed out. One right before the middle that a wall stops cannot give way
-    when the fingertips curl beneath it, so it comes in over them and takes the place of what was there. One that only
-    other objects stop stays out, because those give way.
+    to its middle: it is open at its sides, so that of two objects that came in side by side, the one nearer to the
+    middle is enclosed and the other pushed out. One that the fingertips touch before the middle is scooped up when
+    they curl; the farther before the edge it still lies, the likelier it rolls off. A wall that the hand meets at an
+    angle holds what lies where it is nearer; where it recedes there is room to roll out. How much each of these counts
+    was chosen by the outcome of grasps (docs/motion-pattern.md).
 
     Attributes:
         object: its name.
-        time: since when it has been caught without a break [s]: wedged, or with its centre behind the leading edge.
+        time: since when it has been caught without a break [s]: with its centre behind the leading edge, or touched
+            right before it.
         stabilised: since when it has kept still relative to the hand until the push ended [s]; None where it had not.
     """
 
@@ -42,20 +48,19 @@ class Separation:
     stabilised: float | None
 
     @classmethod
-    def of(cls, push: PushMotion, wedged: NDArray[np.bool_]) -> Separation | None:
+    def of(cls, push: PushMotion, caught: NDArray[np.bool_]) -> Separation | None:
         """Look at the frames of the push alone; None where the hand has caught nothing.
 
         Args:
             push: F frames of n objects.
-            wedged: (F, n) which of them are pushed against a support, see `wedged`.
+            caught: (F, n) which of them are in the hand or at its edge.
         """
-        caught = push.in_hand | wedged
         if not caught[-1].any():
             return None
-        ahead, aside = push.relative[-1, :, 0], np.abs(push.relative[-1, :, 1])
-        central = wedged[-1] & (aside <= CENTRAL * push.radius) & (not push.rigid)
-        among = central if central.any() else caught[-1]
-        chosen = int(np.argmin(np.where(among, ahead if push.rigid else aside, np.inf)))
+        ahead, y = np.moveaxis(push.relative[-1], -1, 0)
+        aside = np.abs(y) - RECEDING * push.nearer_side * y
+        distance = ahead if push.rigid else aside + OUTSIDE * np.maximum(ahead + INSIDE * push.radius, 0.0)
+        chosen = int(np.argmin(np.where(caught[-1], distance, np.inf)))
         speed = np.linalg.norm(push.relative_velocity[:, chosen], axis=1)
         still = _since(speed < AT_REST * push.hand_speed)
         return cls(

@@ -1,0 +1,39 @@
+"""On which side of the hand a wall that it meets at an angle is nearer, from the recorded shapes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...recording import Recording
+from .hand_mouth import rotations
+
+ALONG = 0.17
+"""A wall runs along the hand's x axis, and not across it, below this sine of the angle between them: 10°."""
+
+SQUARE = 0.17
+"""The hand meets a wall square below this sine of the angle between its normal and the x axis: 10°."""
+
+
+def nearer_side(recording: Recording, axes: NDArray[np.float64]) -> int:
+    """Return 1 where the walls across the hand's way are nearer on its left, -1 on its right, 0 on neither.
+
+    It is neither where the hand meets them square, and in a corner, whose walls slant to both sides.
+
+    Args:
+        recording: the attempt; a wall is an upright box of a support.
+        axes: (2, 3) level unit vectors where the hand points and to its left.
+    """
+    sides = set()
+    for index, body in enumerate(recording.bodies):
+        if body.role != "support":
+            continue
+        turn = rotations(recording.body_quaternion[0, index])
+        for shape in body.shapes:
+            if shape.kind != "box":
+                continue
+            normal = (turn @ rotations(np.array(shape.quaternion)))[:, np.argmin(shape.half_extents())]
+            x, y = axes @ normal
+            if abs(x) > ALONG:
+                sides.add(0 if abs(y) < SQUARE else 1 if x * y > 0.0 else -1)
+    return sides.pop() if len(sides) == 1 else 0
