@@ -14,6 +14,7 @@ SCALED = {
     "closing_moment": ("pneumatics.closing_moment", "pneumatics.thumb_closing_moment"),
     "time_constant": ("pneumatics.time_constant",),
     "fingertip_radius": ("fingers.radius_tip",),
+    "preshape": ("use.preshape",),
     "friction": ("surface.lateral",),
     "restitution": ("surface.restitution",),
     "sensor_mass": ("sensor.mass",),
