@@ -239,7 +239,7 @@ def test_an_orders_keys_are_idle_elsewhere():
 
 
 def test_an_order_of_one_is_carried_out_and_lies_in_its_crate():
-    result = run("bin_picking", overrides={"order.count": 1, "pile.count": 5}, record=True)
+    result = run("bin_picking", overrides={"order.count": 1}, record=True)
     assert result.success, result.reason
     assert result.grasped == 1
     assert result.attempts[-1].delivered == 1
