@@ -33,6 +33,11 @@ def pushed(time: np.ndarray) -> np.ndarray:
     return np.clip(time, BEGIN, END) - BEGIN
 
 
+def yaw_quaternion(angle: float) -> np.ndarray:
+    """Return the quaternion (w, x, y, z) of a turn about z [rad]."""
+    return np.array([np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)])
+
+
 def push_recording(
     ways: Mapping[str, Way],
     *,
@@ -51,8 +56,7 @@ def push_recording(
     time = np.linspace(0.0, LAST, 501)
     turn = np.array([[np.cos(alpha), -np.sin(alpha)], [np.sin(alpha), np.cos(alpha)]])
     lift = 0.2 * np.clip(time - 4.0, 0.0, 1.0)
-    yaw = alpha + beta
-    quaternion = np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
+    quaternion = yaw_quaternion(alpha + beta)
     begin = np.array([0.5, 0.1])
 
     def placed(plane: np.ndarray, height: np.ndarray | float) -> np.ndarray:

@@ -8,7 +8,19 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pushed_pile import BEGIN, END, FRONT, HALF_WIDTH, RADIUS, SPEED, at_rest, moving, push_recording, pushed
+from pushed_pile import (
+    BEGIN,
+    END,
+    FRONT,
+    HALF_WIDTH,
+    RADIUS,
+    SPEED,
+    at_rest,
+    moving,
+    push_recording,
+    pushed,
+    yaw_quaternion,
+)
 from synthetic_recording import synthetic
 
 import pilegrasp_ctrl
@@ -169,11 +181,11 @@ def test_an_angle_that_is_no_number_counts_as_none(strategy):
     assert found == measure(push_recording(ways))
 
 
-def tip_and_deep(pairs: list[tuple[str, str]], x: float, y: float, alpha: float = 0.0) -> dict:
+def tip_and_deep(pair: tuple[str, str], x: float, y: float, alpha: float = 0.0) -> dict:
     """Measure a push that leaves one object before the leading edge and one in the hand, 40 mm beside its middle.
 
     Args:
-        pairs: names of the bodies that touch in all frames.
+        pair: names of the bodies that touch in all frames.
         x: how far before the edge the former lies at the end [m].
         y: how far to the left [m].
         alpha: of the push [rad].
@@ -183,10 +195,10 @@ def tip_and_deep(pairs: list[tuple[str, str]], x: float, y: float, alpha: float 
     number = {body.name: index for index, body in enumerate(recording.bodies)}
     frames = recording.frame_time.size
     contacts = Contacts(
-        np.arange(frames + 1) * len(pairs),
-        np.tile([[number[name] for name in pair] for pair in pairs], (frames, 1)),
-        np.zeros((frames * len(pairs), 3)),
-        np.ones((frames * len(pairs), 3)),
+        np.arange(frames + 1),
+        np.tile([number[name] for name in pair], (frames, 1)),
+        np.zeros((frames, 3)),
+        np.ones((frames, 3)),
     )
     return measure(replace(recording, contacts=contacts))
 
@@ -194,11 +206,10 @@ def tip_and_deep(pairs: list[tuple[str, str]], x: float, y: float, alpha: float 
 @pytest.mark.parametrize("alpha", [0.0, 2.5])
 @pytest.mark.parametrize("pair", [("tip", "palm"), ("palm", "tip")])
 def test_an_object_on_the_fingertips_right_before_the_middle_comes_before_one_beside_it(pair, alpha):
-    found = tip_and_deep([pair], 0.2 * RADIUS, 0.0, alpha)
-    late = pytest.approx(END - 0.8 * RADIUS / SPEED, abs=0.02)
+    found = tip_and_deep(pair, 0.2 * RADIUS, 0.0, alpha)
     assert found["separated"]["object"] == "tip"
     assert found["separated"]["stabilised"] is None
-    assert found["separated"]["time"] == late
+    assert found["separated"]["time"] == pytest.approx(END - 0.8 * RADIUS / SPEED, abs=0.02)
     assert found["in_hand"] == ["tip", "deep"]
     assert found["agreed"] is True
 
@@ -215,14 +226,14 @@ def test_an_object_on_the_fingertips_right_before_the_middle_comes_before_one_be
     ids=["touches an object", "touches what is in the hand", "not touched", "before the hand", "beside the hand"],
 )
 def test_what_the_fingertips_do_not_touch_before_the_hand_is_not_caught(pair, x, y):
-    found = tip_and_deep([pair], x, y)
+    found = tip_and_deep(pair, x, y)
     assert found["separated"]["object"] == "deep"
     assert found["in_hand"] == ["deep"]
 
 
 def test_the_farther_an_object_lies_before_the_edge_the_nearer_to_the_middle_it_must_be():
     # |y| + 1.5 max(x + r / 2, 0): 45 against 40 mm; 15 against 20 and 5 mm.
-    assert tip_and_deep([("tip", "palm")], 0.5 * RADIUS, 0.0)["separated"]["object"] == "deep"
+    assert tip_and_deep(("tip", "palm"), 0.5 * RADIUS, 0.0)["separated"]["object"] == "deep"
     inside = {"far": RESTLESS, "edge": sliding_in(0.1, 0.0, 0.005), "deep": sliding_in(0.05, 0.02, 0.04)}
     assert measure(push_recording(inside))["separated"]["object"] == "edge"
     inside["deep"] = sliding_in(0.05, 0.005, 0.04)
@@ -243,7 +254,7 @@ def test_before_a_slanted_wall_the_hand_keeps_what_lies_where_it_is_nearer(slant
     for slant in slants:
         # The hand points to the left of the wall's normal by the slant.
         walls.append(Body(f"wall_{slant}", "support", (Shape("box", (0.01, 1.0, 0.1)), Shape("plane", (1.0, 1.0)))))
-        turns.append(np.tile(yawed(alpha - np.radians(slant)), (frames, 1, 1)))
+        turns.append(np.tile(yaw_quaternion(alpha - np.radians(slant)), (frames, 1, 1)))
     found = measure(
         replace(
             recording,
@@ -254,10 +265,6 @@ def test_before_a_slanted_wall_the_hand_keeps_what_lies_where_it_is_nearer(slant
     )
     assert found["in_hand"] == ["left", "right"]
     assert found["separated"]["object"] == kept
-
-
-def yawed(angle: float) -> np.ndarray:
-    return np.array([np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)])
 
 
 def test_a_thumb_above_the_objects_is_no_part_of_the_leading_edge():

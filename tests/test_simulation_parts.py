@@ -3,6 +3,7 @@
 from itertools import product
 from types import SimpleNamespace
 
+import mink
 import mujoco
 import numpy as np
 import pytest
@@ -99,17 +100,30 @@ def test_a_start_leads_to_a_posture_near_it(search):
 
 
 def test_a_straight_way_ends_next_to_its_start_or_nowhere(search):
-    hand, posture, *_ = search
+    hand, posture, arm, _ = search
     here = Pose((0.7, 0.0, 0.1), tool_rotation(0.0, hand.theta))
     q = posture.solve(here)
     np.testing.assert_allclose(posture.follow(here.moved([0.02, 0.0, 0.0]), q), q, atol=0.15)
-    beyond = here.moved([0.8, 0.0, 0.0])
     with pytest.raises(UnreachablePoseError, match="cannot reach"):
-        posture.follow(beyond, q)
-    # From half a turn of the base, the search finds the way by a posture of its own; a straight way does not exist.
-    turned = np.array(q)
-    turned[0] += 2.5
-    assert np.abs(posture.solve(here, turned) - turned).max() > 1.0
+        posture.follow(here.moved([0.8, 0.0, 0.0]), q)
+    # The search finds a posture of its own where none lies next to the start.
+    rng, nowhere = np.random.default_rng(0), 0
+    for start in rng.uniform(arm.q_lower, arm.q_upper, (8, 7)):
+        assert np.isfinite(posture.solve(here, start)).all()
+        try:
+            posture.follow(here, start)
+        except UnreachablePoseError:
+            nowhere += 1
+    assert 0 < nowhere < 8
+
+
+def test_the_search_ends_when_the_joints_have_come_to_rest(search, monkeypatch):
+    hand, posture, *_ = search
+    here = Pose((0.7, 0.0, 0.1), tool_rotation(0.0, hand.theta))
+    q, calls, once = posture.solve(here), [], mink.solve_ik
+    monkeypatch.setattr(mink, "solve_ik", lambda *args, **options: calls.append(1) or once(*args, **options))
+    posture.solve(here.moved([0.02, 0.0, 0.0]), q)
+    assert 1 < len(calls) < 20
 
 
 @pytest.mark.parametrize("place", [(1.5, 0.0, 0.3), (0.7, 0.0, -0.6)])

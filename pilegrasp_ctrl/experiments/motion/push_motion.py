@@ -111,8 +111,12 @@ class PushMotion:
     @property
     def hand_speed(self) -> float:
         """Median speed of the hand along its way [m/s]: that of its slide, also where a wall stops it at the end."""
-        step = np.linalg.norm(np.diff(self.hand, axis=0), axis=1)
-        return float(np.median(step / np.diff(self.time)))
+        return float(np.median(np.linalg.norm(self.hand_velocity, axis=1)))
+
+    @property
+    def hand_velocity(self) -> Array:
+        """(F-1, 2) velocities of the hand in the scene, along the axes of its frame [m/s]."""
+        return np.diff(self.hand, axis=0) / np.diff(self.time)[:, None]
 
     @property
     def relative_velocity(self) -> Array:
@@ -122,7 +126,7 @@ class PushMotion:
     @property
     def absolute_velocity(self) -> Array:
         """(F-1, n, 2) velocities in the scene, along the axes of the hand's frame [m/s]."""
-        return self.relative_velocity + (np.diff(self.hand, axis=0) / np.diff(self.time)[:, None])[:, None]
+        return self.relative_velocity + self.hand_velocity[:, None]
 
     @property
     def midpoints(self) -> Array:

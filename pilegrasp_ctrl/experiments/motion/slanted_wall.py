@@ -8,11 +8,8 @@ from numpy.typing import NDArray
 from ...recording import Recording
 from .hand_mouth import rotations
 
-ALONG = 0.17
-"""A wall runs along the hand's x axis, and not across it, below this sine of the angle between them: 10°."""
-
-SQUARE = 0.17
-"""The hand meets a wall square below this sine of the angle between its normal and the x axis: 10°."""
+OBLIQUE = 0.17
+"""Sine of 10°: a wall that is nearer than this to square before the hand, or to its way, is not slanted."""
 
 
 def nearer_side(recording: Recording, axes: NDArray[np.float64]) -> int:
@@ -34,6 +31,6 @@ def nearer_side(recording: Recording, axes: NDArray[np.float64]) -> int:
                 continue
             normal = (turn @ rotations(np.array(shape.quaternion)))[:, np.argmin(shape.half_extents())]
             x, y = axes @ normal
-            if abs(x) > ALONG:
-                sides.add(0 if abs(y) < SQUARE else 1 if x * y > 0.0 else -1)
+            if abs(x) > OBLIQUE:
+                sides.add(int(np.sign(x * y)) if abs(y) > OBLIQUE else 0)
     return sides.pop() if len(sides) == 1 else 0
