@@ -129,7 +129,8 @@ def placed(attempt, part, target):
 
 @pytest.fixture(scope="module")
 def attempt():
-    return prepare(load_scenario("bin_picking", EMPTY | {"support.tilt_deg": 0.0}), 0)
+    # The tip of a steeper hand cannot be put on the far rim.
+    return prepare(load_scenario("bin_picking", EMPTY | {"support.tilt_deg": 0.0, "strategy.theta_deg": 50.0}), 0)
 
 
 def test_fingers_may_lean_on_a_wall_but_not_on_its_rim(attempt):
@@ -158,12 +159,11 @@ def test_objects_on_a_wall_are_no_collision():
 
 
 def test_an_arm_that_hits_the_rim_ends_its_primitive():
-    """On a steeper floor the upright arm comes down with its wrist on the near wall."""
+    """On a steeper floor the upright arm's elbow comes down on the near wall."""
     result = run("bin_picking", overrides=EMPTY | {"support.tilt_deg": 15.0, "strategy.clearance": 0.2})
     assert not result.success
     assert result.outcomes[-1].status == "failed"
-    assert result.reason.startswith("approach: collision with the bin's rim: link")
-    assert result.reason.endswith("at bin_near")
+    assert result.reason == "push: collision with the bin's rim: link4 at bin_near"
 
 
 @pytest.mark.parametrize("kind", ["wall", "corner"])

@@ -126,7 +126,7 @@ def test_the_search_ends_when_the_joints_have_come_to_rest(search, monkeypatch):
     assert 1 < len(calls) < 20
 
 
-@pytest.mark.parametrize("place", [(1.5, 0.0, 0.3), (0.7, 0.0, -0.6)])
+@pytest.mark.parametrize("place", [(1.5, 0.0, 0.3), (0.7, 0.0, -0.9)])
 def test_a_place_out_of_reach_is_said_in_one_sentence(search, place):
     hand, posture, *_ = search
     with pytest.raises(UnreachablePoseError, match="cannot reach") as error:

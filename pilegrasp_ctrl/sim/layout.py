@@ -26,14 +26,14 @@ WALL_DISTANCE = 1.0
 CORNER_DISTANCE = 1.10
 """From the arm's axis to the corner's apex; the push of alpha = 0 runs along the bisector of its walls [m]."""
 
-REACH = (1.04, 1.0, 0.96, 0.92)
+REACH = (1.04, 1.02, 1.0, 0.98, 0.96, 0.92)
 """Farthest fingertip position from the arm's axis that a push asks for; the first that the arm can reach counts [m]."""
 
-NEAREST, FARTHEST = 0.62, 0.70
+NEAREST, FARTHEST = 0.60, 0.66
 """From the arm's axis to where the fingertips touch down: nearer, the wrist runs into its limit; farther, the end of
 the push comes too near to that of the arm's reach [m]."""
 
-PUSH_END = 0.98
+PUSH_END = 0.94
 """From the arm's axis to what the push aims at, where the distances above leave the choice [m]."""
 
 ARM_FOOT = 0.2
