@@ -60,7 +60,7 @@ class Aim:
         middle = _middle(positions, layout.frame_size) if len(positions) else layout.frame_center
         if goal:
             # The bin leaves the hand less room than an open table: its line is the goal's, its start the pile's.
-            foot, _ = goal.lane(positions, HAND_HALF_WIDTH)
+            foot = goal.lane(positions, HAND_HALF_WIDTH)[0].foot
             point = foot + min((middle - foot) @ direction, -radius) * direction
         elif strategy.kind == "object":
             axes = _axes(poses[:, 3:]) if kind.shape == "cylinder" else None

@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -102,22 +101,24 @@ class Order:
         self._lift, self._members = scenario.strategy.lift_height, members
         self._goals, self._deliver, self._plan_to = goals, deliver, plan
         self.attempts: list[PickAttempt] = []
+        self._vain: list[PushGoal] = []
 
-    def next_plan(self, poses: Array, posture: Array | None = None) -> tuple[str, Plan, Array]:
-        """Return the name of the next attempt's goal, its plan and the posture at its start.
+    def next_plan(self, poses: Array, posture: Array | None = None) -> tuple[PushGoal, Plan, Array]:
+        """Return the next attempt's goal, on the line of its push, its plan and the posture at its start.
 
         The rule: since the last delivery every goal in reach has its turn, and among those that are next the one that
-        has most objects before the hand, the scenario's own among equals.
+        has most objects before the hand, the scenario's own among equals. A goal that is tried again is tried on
+        another line where there is one, because a push that holds nothing leaves the pile nearly as it was.
 
         Raises:
             UnreachablePoseError: where the arm can get to none of them.
         """
         pile = poses[inside(poses[:, :3], BIN_CENTER, BIN_INNER)]
-        vain = Counter(pick.goal for pick in takewhile(lambda pick: not pick.delivered, reversed(self.attempts)))
-        lanes = {goal.name: goal.lane(pile[:, :2], HAND_HALF_WIDTH)[1] for goal in self._goals}
-        for goal in sorted(self._goals, key=lambda goal: (vain[goal.name], -lanes[goal.name])):
+        vain = Counter(line.name for line in self._vain)
+        lanes = [goal.lane(pile[:, :2], HAND_HALF_WIDTH, self._vain) for goal in self._goals]
+        for line, _ in sorted(lanes, key=lambda lane: (vain[lane[0].name], -lane[1])):
             try:
-                return goal.name, *self._plan_to(pile, goal, posture)
+                return line, *self._plan_to(pile, line, posture)
             except UnreachablePoseError as error:
                 unreachable = error
         raise unreachable
@@ -143,7 +144,7 @@ class Order:
             poses, _, posture, start = look()
             have = self.delivered(poses)
             try:
-                goal, plan, _ = self.next_plan(poses, posture)
+                line, plan, _ = self.next_plan(poses, posture)
             except UnreachablePoseError as error:
                 return outcomes, str(error)
             begin(plan)
@@ -152,7 +153,8 @@ class Order:
             poses, _, _, end = look()
             gained = self.delivered(poses) - have
             reason = "" if gained else reason or "nothing of what was held reached the order's crate"
-            self.attempts.append(PickAttempt(goal, held, gained, reason, start, end))
+            self._vain = [] if gained else [*self._vain, line]
+            self.attempts.append(PickAttempt(line.name, held, gained, reason, start, end))
             if have + gained >= self._count:
                 return outcomes, ""
             if done[-1].name == "retreat" and done[-1].status == "failed":

@@ -1,6 +1,7 @@
 """The bin: its walls, what a push goes to in it, and its rim, which neither arm nor hand may hit."""
 
 import math
+from dataclasses import replace
 from itertools import product
 
 import mujoco
@@ -17,7 +18,7 @@ from pilegrasp_ctrl.sim.crate import BIN_INNER
 from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.layout import WALL_DISTANCE, make_layout
 from pilegrasp_ctrl.sim.objects import kind_of
-from pilegrasp_ctrl.sim.push_goal import PushGoal
+from pilegrasp_ctrl.sim.push_goal import BESIDE, PushGoal
 from pilegrasp_ctrl.sim.start_posture import StartPosture
 
 EMPTY = {"pile.count": 0, "program": "push"}
@@ -67,16 +68,31 @@ def test_the_first_goal_is_the_one_that_was_asked_for():
 def test_a_lane_lies_where_most_objects_are_within_the_hands_room():
     wall = PushGoal("wall", np.array([1.0, 0.0]), 0.0, (-0.03, 0.12))
     heap = np.array([[0.95, 0.08], [0.9, 0.09], [0.9, 0.10], [0.95, -0.15]])
-    foot, count = wall.lane(heap, 0.03)
+    line, count = wall.lane(heap, 0.03)
     assert count == 3
-    assert foot == pytest.approx([1.0, 0.09], abs=0.021)
+    assert line.foot == pytest.approx([1.0, 0.09], abs=0.021)
     beyond, count = wall.lane(np.array([[0.9, 0.15], [0.9, 0.16]]), 0.06)
     assert count == 2
-    assert -0.03 <= beyond[1] <= 0.12
+    assert -0.03 <= beyond.foot[1] <= 0.12
     corner = PushGoal("corner_left", np.array([1.0, 0.19]), math.radians(30.0))
-    foot, count = corner.lane(np.array([[1.0 - math.sqrt(3.0) * 0.1, 0.09], [0.9, -0.1]]), 0.05)
-    np.testing.assert_allclose(foot, corner.foot)
+    line, count = corner.lane(np.array([[1.0 - math.sqrt(3.0) * 0.1, 0.09], [0.9, -0.1]]), 0.05)
+    np.testing.assert_allclose(line.foot, corner.foot)
     assert count == 1
+
+
+def test_a_lane_lies_beside_those_that_were_tried_in_vain_unless_there_is_only_one():
+    wall = PushGoal("wall", np.array([1.0, 0.0]), 0.0, (-0.03, 0.12))
+    heap = np.array([[0.95, 0.03], [0.9, 0.04], [0.95, 0.05], [0.9, 0.06]])
+    first, count = wall.lane(heap, 0.06)
+    second, _ = wall.lane(heap, 0.06, [first])
+    assert count == 4
+    assert abs(second.foot[1] - first.foot[1]) >= BESIDE
+    # Nothing is won where nothing lies, and a line to another goal is another push.
+    alone = np.array([[0.95, 0.17]])
+    assert wall.lane(alone, 0.06, 5 * [wall.lane(alone, 0.06)[0]])[1] == 1
+    assert wall.lane(heap, 0.06, [replace(first, name="corner_left")])[0].foot == pytest.approx(first.foot)
+    # A line that is chosen is kept, and so is the only one.
+    assert first.lane(heap[:1], 0.06, [first])[0].foot == pytest.approx(first.foot)
 
 
 def test_the_hand_comes_down_where_the_wrist_clears_the_near_wall():

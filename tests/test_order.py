@@ -17,6 +17,7 @@ from pilegrasp_ctrl.primitives.release import Release
 from pilegrasp_ctrl.primitives.strategy import Plan, tool_rotation
 from pilegrasp_ctrl.sim.crate import BIN_INNER, ORDER_CENTER, ORDER_INNER, inside
 from pilegrasp_ctrl.sim.layout import make_layout
+from pilegrasp_ctrl.sim.push_goal import BESIDE
 from pilegrasp_ctrl.types import Outcome, Pose, Reference
 
 BIN = {"program": "order", "support.bin": True, "support.tilt_deg": 5.0}
@@ -32,7 +33,7 @@ class World:
         self.script, self.members = list(script), members
         self.poses = np.zeros((count, 7))
         self.poses[:, :3] = AT_WALL
-        self.time, self.names, self.withdrawn, self.goals, self.begun = 0.0, [], [], [], 0
+        self.time, self.names, self.withdrawn, self.goals, self.feet, self.begun = 0.0, [], [], [], [], 0
         self.unreachable = set()
         scenario = build_scenario({}, BIN | {f"order.{key}": value for key, value in order.items()})
         self.order = Order(scenario, LAYOUT.goals, members, delivery_pose(0.9), self.plan)
@@ -41,6 +42,7 @@ class World:
         if goal.name in self.unreachable:
             raise UnreachablePoseError("out of reach")
         self.goals.append(goal.name)
+        self.feet.append(goal.foot)
         start = Pose(HIGH, tool_rotation(goal.yaw, 0.9))
         return Plan(start, (Release(1.0, "lift"),), (), start, 0.3, np.array([1.0, 0.0, 0.0])), np.zeros(7)
 
@@ -112,6 +114,17 @@ def test_since_a_delivery_every_goal_has_its_turn_before_one_is_tried_again():
     assert world.order.attempts[1].reason == "nothing was in the hand after the lift"
 
 
+def test_a_goal_that_is_tried_again_is_tried_on_another_line_until_something_is_delivered():
+    world = World([0, 0, 1, 3])
+    world.unreachable = {"corner_left", "corner_right"}
+    world.poses[:, :3] = [0.95, 0.05, 0.027]
+    assert world.fill() == ""
+    first, second, third, fourth = (foot[1] for foot in world.feet)
+    apart = [abs(a - b) for a, b in ((first, second), (second, third), (first, third))]
+    assert min(apart) >= BESIDE
+    assert fourth == pytest.approx(first)
+
+
 def test_the_goal_is_the_one_with_most_objects_before_the_hand():
     world = World([])
     # A string of objects toward the corner, of which a push to the wall meets half; the others it has no room for.
@@ -120,26 +133,26 @@ def test_the_goal_is_the_one_with_most_objects_before_the_hand():
         [0.70, 0.017, 0.027],
         [0.95, -0.15, 0.027],
     )
-    assert world.order.next_plan(world.poses)[0] == "corner_left"
+    assert world.order.next_plan(world.poses)[0].name == "corner_left"
     world.poses[8:, :3] = AT_WALL
-    assert world.order.next_plan(world.poses)[0] == "wall"
+    assert world.order.next_plan(world.poses)[0].name == "wall"
     # What is not in the bin does not count.
     world.poses[8:, :2] = 0.93, 0.5
-    assert world.order.next_plan(world.poses)[0] == "corner_left"
+    assert world.order.next_plan(world.poses)[0].name == "corner_left"
 
 
 def test_what_lies_to_the_right_of_the_hands_room_at_the_wall_is_fetched_from_the_right_corner():
     world = World([])
     world.poses[:, :3] = [0.97, -0.1, 0.025]
-    name, plan, _ = world.order.next_plan(world.poses)
-    assert name == "corner_right"
+    line, plan, _ = world.order.next_plan(world.poses)
+    assert line.name == "corner_right"
     assert plan.start.rotation[1, 0] < 0.0
 
 
 def test_a_goal_out_of_reach_is_passed_over_and_none_in_reach_ends_the_order():
     world = World([4])
     world.unreachable = {"wall"}
-    assert world.order.next_plan(world.poses)[0] == "corner_left"
+    assert world.order.next_plan(world.poses)[0].name == "corner_left"
     world.unreachable = {"wall", "corner_left", "corner_right"}
     assert world.fill() == "out of reach"
     assert world.names == []

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..types import Array
+
+BESIDE = 0.03
+"""Nearer to a push in vain than this, another would meet the same objects in the same way: half an object [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,20 +37,23 @@ class PushGoal:
         """Return how far the hand must come down further along the push than at `touch` (2,) for the wrist [m]."""
         return max(0.0, (self.nearest - float(touch[0])) / math.cos(self.yaw))
 
-    def lane(self, positions: Array, half_width: float) -> tuple[Array, int]:
-        """Return a point (2,) at the goal on the line of the push that has most objects before it, and their number.
+    def lane(self, positions: Array, half_width: float, vain: Sequence[PushGoal] = ()) -> tuple[PushGoal, int]:
+        """Return the goal with its foot on the line of the push that has most objects before it, and their number.
 
         Args:
             positions: (n, 2) of the objects [m].
             half_width: an object counts that is at most this far beside the line [m].
+            vain: lines that were pushed on in vain. Each that goes to this goal halves what the objects before a line
+                beside it count.
         """
-        along = np.array([math.cos(self.yaw), math.sin(self.yaw)])
-        left = np.array([-along[1], along[0]])
-        beside = (positions - self.foot) @ left
+        left = np.array([-math.sin(self.yaw), math.cos(self.yaw)])
         least, greatest = self.room
         offsets = np.linspace(least, greatest, 1 + round((greatest - least) / 0.01))
+        beside = (positions - self.foot) @ left
         counts = (np.abs(beside[:, None] - offsets) <= half_width).sum(axis=0)
+        failed = np.array([(line.foot - self.foot) @ left for line in vain if line.name == self.name])
+        worth = counts * 0.5 ** (np.abs(failed[:, None] - offsets) < BESIDE).sum(axis=0)
         # Among equals the one in the middle, where the objects are met squarely.
-        best = np.flatnonzero(counts == counts.max())
-        offset = offsets[best[len(best) // 2]]
-        return self.foot + offset * left, int(counts.max())
+        best = np.flatnonzero(worth == worth.max())
+        chosen = best[len(best) // 2]
+        return replace(self, foot=self.foot + offsets[chosen] * left, room=(0.0, 0.0)), int(counts[chosen])
