@@ -28,7 +28,7 @@ format:  ## Repair style and formatting where that is safe
 	$(PYTHON) -m ruff format .
 
 table:  ## Print the table of scenario keys for docs/scenarios.md
-	@$(PYTHON) tests/scenario_table.py
+	@$(PYTHON) tests/helpers/scenario_table.py
 
 hands:  ## Write the hands' MJCF and README values from their robot.toml
 	$(PYTHON) -m pilegrasp_ctrl.sim.hand_files
@@ -40,7 +40,7 @@ screenshots:  ## Take the pictures of docs/viewer.md
 	$(PILEGRASP) sweep spheres_wall --vary support.kind=none,wall --seeds 0:3 --record all --out build/study
 	$(PILEGRASP) report build/study
 	mkdir -p docs/pictures
-	$(PYTHON) scenarios/screenshots.py build/study docs/pictures
+	$(PYTHON) docs/studies/screenshots.py build/study docs/pictures
 
 doctor:  ## Check the installation
 	$(PILEGRASP) doctor

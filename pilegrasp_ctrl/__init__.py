@@ -10,12 +10,11 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .arm_model import ArmModel as ArmModel
+    from .arm.model import ArmModel as ArmModel
     from .config import Scenario as Scenario
     from .config import load_scenario as load_scenario
+    from .control.contact_impedance import ContactImpedanceController as ContactImpedanceController
     from .control.disturbance_observer import DisturbanceObserver as DisturbanceObserver
-    from .control.gains import Impedance as Impedance
-    from .control.gains import MotionGains as MotionGains
     from .control.impedance import ImpedanceController as ImpedanceController
     from .control.operational_space import OperationalSpaceController as OperationalSpaceController
     from .episode import EpisodeResult as EpisodeResult
@@ -29,49 +28,66 @@ if TYPE_CHECKING:
     from .exceptions import SimulationError as SimulationError
     from .exceptions import SolverError as SolverError
     from .exceptions import UnreachablePoseError as UnreachablePoseError
-    from .experiments.arm_simulation import ArmSimulation as ArmSimulation
-    from .experiments.frequency_response import FrequencyResponse as FrequencyResponse
-    from .experiments.frequency_response import frequency_response as frequency_response
-    from .experiments.step_response import StepResponse as StepResponse
-    from .experiments.step_response import step_response as step_response
+    from .planning.strategy import Plan as Plan
+    from .plant.arm_simulation import ArmSimulation as ArmSimulation
+    from .plant.frequency_response import FrequencyResponse as FrequencyResponse
+    from .plant.frequency_response import frequency_response as frequency_response
+    from .plant.step_response import StepResponse as StepResponse
+    from .plant.step_response import step_response as step_response
+    from .primitives.primitive import Primitive as Primitive
     from .recording import Recording as Recording
+    from .study.run import run_study as run_study
+    from .tasks.gains import Impedance as Impedance
+    from .tasks.gains import MotionGains as MotionGains
+    from .tasks.gains import load_gains as load_gains
+    from .tasks.posture_task import PostureTask as PostureTask
     from .trajectories.arc import Arc as Arc
     from .trajectories.straight_line import StraightLine as StraightLine
+    from .types import ControllerOutput as ControllerOutput
     from .types import Observation as Observation
     from .types import Pose as Pose
     from .types import Reference as Reference
+    from .viewer import write_html as write_html
 
 _MODULES = {
     "Arc": "trajectories.arc",
-    "ArmModel": "arm_model",
-    "ArmSimulation": "experiments.arm_simulation",
+    "ArmModel": "arm.model",
+    "ArmSimulation": "plant.arm_simulation",
     "ConfigurationError": "exceptions",
+    "ContactImpedanceController": "control.contact_impedance",
+    "ControllerOutput": "types",
     "DisturbanceObserver": "control.disturbance_observer",
     "EpisodeResult": "episode",
     "ExportError": "exceptions",
-    "FrequencyResponse": "experiments.frequency_response",
-    "Impedance": "control.gains",
+    "FrequencyResponse": "plant.frequency_response",
+    "Impedance": "tasks.gains",
     "ImpedanceController": "control.impedance",
     "ModelError": "exceptions",
-    "MotionGains": "control.gains",
+    "MotionGains": "tasks.gains",
     "Observation": "types",
     "OperationalSpaceController": "control.operational_space",
     "PileError": "exceptions",
     "PilegraspError": "exceptions",
+    "Plan": "planning.strategy",
     "Pose": "types",
+    "PostureTask": "tasks.posture_task",
+    "Primitive": "primitives.primitive",
     "Recording": "recording",
     "RecordingError": "exceptions",
     "Reference": "types",
     "Scenario": "config",
     "SimulationError": "exceptions",
     "SolverError": "exceptions",
-    "StepResponse": "experiments.step_response",
+    "StepResponse": "plant.step_response",
     "StraightLine": "trajectories.straight_line",
     "UnreachablePoseError": "exceptions",
-    "frequency_response": "experiments.frequency_response",
+    "frequency_response": "plant.frequency_response",
+    "load_gains": "tasks.gains",
     "load_scenario": "config",
     "run": "episode",
-    "step_response": "experiments.step_response",
+    "run_study": "study.run",
+    "step_response": "plant.step_response",
+    "write_html": "viewer",
 }
 
 try:

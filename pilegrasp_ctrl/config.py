@@ -13,7 +13,9 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from .config_sections import (
+from .exceptions import ConfigurationError
+from .scenarios import find, is_file, object_digests, object_parts
+from .sections import (
     ControllerConfig,
     HandModelConfig,
     LineConfig,
@@ -27,8 +29,6 @@ from .config_sections import (
     SupportConfig,
     Text,
 )
-from .exceptions import ConfigurationError
-from .scenarios import find, is_file, object_digests, object_parts
 
 _HEEDED = {"line": {"line"}, "order": {"strategy", "order"}}
 """Sections that a program looks at, where they are not the strategy alone."""

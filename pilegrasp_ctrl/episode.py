@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import __version__
+from .analysis.grasp_check import are_held
 from .config import Scenario, load_scenario
-from .control.saturation import Saturation
+from .control.saturation_monitor import SaturationMonitor
 from .exceptions import ConfigurationError
-from .order import PickAttempt
-from .preparation import Attempt, prepare
-from .primitives.primitive import Ending, Phase, Primitive, Sensed, Target
-from .primitives.strategy import Plan
+from .planning.strategy import Plan
+from .primitives.primitive import ActivePrimitive, Ending, Primitive, PrimitiveInput, Setpoint
+from .programs.attempt import Attempt, prepare
+from .programs.pick_order import PickAttempt
 from .recorder import Recorder
 from .sim.frame_feed import FrameFeed, Observer
-from .sim.grasp_check import held_objects
 from .sim.watchdog import Watchdog
 from .types import Array, Observation, Outcome, Reference
 
@@ -133,10 +133,10 @@ def run(
         scenario = load_scenario(scenario, overrides)
     if not isinstance(seed, int) or seed < 0:
         raise ConfigurationError(f"seed = {seed!r} must be a whole number that is not negative")
-    return carry_out(prepare(scenario, seed), record=record, progress=progress, on_frame=on_frame)
+    return run_attempt(prepare(scenario, seed), record=record, progress=progress, on_frame=on_frame)
 
 
-def carry_out(
+def run_attempt(
     attempt: Attempt, *, record: bool = False, progress: Progress | None = None, on_frame: Observer | None = None
 ) -> EpisodeResult:
     """Run a prepared attempt, once; the arguments are those of `run`.
@@ -168,13 +168,13 @@ class _Loop:
         self._attempt, self._progress = attempt, progress
         label = f"{attempt.scenario.config_hash()}-{attempt.seed}"
         self._watchdog = Watchdog(label)
-        self._saturation = Saturation(attempt.period)
+        self._saturation = SaturationMonitor(attempt.period)
         self._fallbacks = self._limited = 0
         self._recorder = Recorder(attempt) if record else None
         self._frames = FrameFeed(attempt.simulation, on_frame) if on_frame else None
         self._ticks: list[float] = []
         self._next_progress = 0.0
-        self._target = Target(Reference(attempt.plan.start), attempt.plan.closure)
+        self._target = Setpoint(Reference(attempt.plan.start), attempt.plan.closure)
         self._zero = np.zeros(6)
         self._overload = ""
         self._begun = 0.0
@@ -187,9 +187,9 @@ class _Loop:
         with _no_garbage_collection():
             self._stand_still()
             if attempt.order:
-                outcomes, reason = attempt.order.fill(self._look, self._begin, self._carry_out_all)
+                outcomes, reason = attempt.order.fill(self._look, self._begin, self._run_primitives)
             else:
-                outcomes = self._carry_out_all(attempt.plan.primitives)
+                outcomes = self._run_primitives(attempt.plan.primitives)
         wall_time = time.perf_counter() - start - (self._frames.seconds if self._frames else 0.0)
         if attempt.order:
             grasped = sum(pick.delivered for pick in attempt.order.attempts)
@@ -213,12 +213,12 @@ class _Loop:
         )
         return replace(result, recording=self._recorder.finish(_meta(attempt, result))) if self._recorder else result
 
-    def _carry_out_all(self, primitives: Sequence[Primitive], withdrawing: bool = False) -> list[Outcome]:
+    def _run_primitives(self, primitives: Sequence[Primitive], withdrawing: bool = False) -> list[Outcome]:
         """Carry out primitives until one fails; an arm that is withdrawn after a failure is not failed for it again."""
         self._withdrawing = withdrawing
         outcomes: list[Outcome] = []
         for primitive in primitives:
-            outcomes.append(self._carry_out(primitive))
+            outcomes.append(self._run_primitive(primitive))
             if outcomes[-1].status == "failed":
                 self._overload = ""
                 break
@@ -228,7 +228,7 @@ class _Loop:
         """Make ready for an attempt of an order; the hand is empty and at rest."""
         simulation = self._attempt.simulation
         self._begun = float(simulation.data.time)
-        self._saturation = Saturation(self._attempt.period)
+        self._saturation = SaturationMonitor(self._attempt.period)
         simulation.tare()
         if self._recorder:
             self._recorder.push_direction = plan.direction
@@ -258,16 +258,16 @@ class _Loop:
         self._overload = observation.saturated
         simulation.tare()
 
-    def _carry_out(self, primitive: Primitive) -> Outcome:
+    def _run_primitive(self, primitive: Primitive) -> Outcome:
         attempt, simulation, arm = self._attempt, self._attempt.simulation, self._attempt.arm
-        phase: Phase | None = None
+        phase: ActivePrimitive | None = None
         travel = peak = 0.0
         lasting = ""
         while True:
             observation = simulation.observe()
             tick = time.perf_counter()
             state = arm.update(observation.q, observation.v)
-            sensed = Sensed(observation.time, state.pose, observation.wrench)
+            sensed = PrimitiveInput(observation.time, state.pose, observation.wrench)
             if phase is None:
                 phase, begun, last = primitive.begin(sensed, self._target), sensed, sensed
                 self._zero = sensed.wrench if primitive.tares else self._zero
@@ -304,7 +304,7 @@ class _Loop:
             simulation.step()
             self._watchdog.check(simulation.data)
             if not self._withdrawing:
-                lasting = self._saturation.after(output) or attempt.rims.collision(simulation.data)
+                lasting = self._saturation.update(output) or attempt.rims.collision(simulation.data)
             if self._progress and observation.time >= self._next_progress:
                 self._next_progress = observation.time + PROGRESS_PERIOD
                 self._progress(observation.time, primitive.name)
@@ -320,7 +320,8 @@ class _Loop:
         pose = attempt.arm.update(simulation.observe().q, np.zeros(attempt.arm.nv)).pose
         tool = (attempt.transform_known_to_scene @ pose).translation
         lift = attempt.scenario.strategy.lift_height
-        grasped = held_objects(simulation.data, simulation.scene.objects, tool, attempt.pile.poses[:, 2], lift)
+        positions = simulation.data.xpos[list(simulation.scene.objects)]
+        grasped = int(np.count_nonzero(are_held(positions, tool, attempt.pile.poses[:, 2], lift)))
         return grasped, "" if grasped else "nothing was in the hand after the lift"
 
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arm_state import ArmState
+from .arm.state import ArmState
 from .contacts import Contacts
-from .preparation import Attempt
-from .primitives.primitive import Target
+from .primitives.primitive import Setpoint
+from .programs.attempt import Attempt
 from .recording import Recording
 from .sim.contact_forces import ContactForces
 from .sim.drawing import drawn_bodies
@@ -61,7 +61,7 @@ class Recorder:
         self,
         observation: Observation,
         state: ArmState,
-        target: Target,
+        target: Setpoint,
         torque: Array,
         zero: Array,
         *,

@@ -1,26 +1,24 @@
-"""One attempt at 18 light spheres beside a wall: prints the verdict, writes the recording and the page.
+"""One attempt at 18 light spheres beside a wall: print the verdict, and write the recording and the page.
 
-Usage: python grasp_wall.py [FOLDER]
+Usage: python scenarios/grasp_wall.py [FOLDER]
 """
 
+import sys
 from pathlib import Path
 
 import pilegrasp_ctrl as pg
-from pilegrasp_ctrl.scenarios._script import run_script
-from pilegrasp_ctrl.viewer import write_html
 
 
-def main(folder: Path = Path(".")) -> None:
-    """Run the attempt and write grasp_wall.npz and grasp_wall.html into FOLDER, or here."""
+def main(folder: Path) -> None:
+    """Run the attempt and write grasp_wall.npz and grasp_wall.html into the folder."""
     result = pg.run("spheres_wall", seed=0, record=True)
-    facts = result.as_dict()
-    for outcome in facts["outcomes"]:
-        print(f"{outcome['name']:10} {outcome['status']}: {outcome['trigger']}")
-    print("success" if facts["success"] else f"no success: {facts['reason']}", f"({facts['grasped']} objects held)")
+    for outcome in result.outcomes:
+        print(f"{outcome.name:10} {outcome.status}: {outcome.trigger}")
+    print(f"{result.grasped} objects held" if result.success else f"no success: {result.reason}")
     if result.recording is not None:
         result.recording.save(folder / "grasp_wall.npz")
-        write_html(result.recording, folder / "grasp_wall.html")
+        pg.write_html(result.recording, folder / "grasp_wall.html")
 
 
 if __name__ == "__main__":
-    run_script(main)
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "."))

@@ -1,36 +1,26 @@
-"""Success rate of a scenario over a range of seeds.
+"""Success rate with its interval by the number of objects, as `pilegrasp sweep` counts it, from Python.
 
-Usage: python success_rate.py [NAME FIRST LAST [KEY=VALUE]...], for example spheres_wall 10000 10050 hand=shovel
+Usage: python scenarios/success_rate.py [FOLDER]. Run it again, and it does only what is missing.
 """
 
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
-
-from scipy.stats import binomtest
+import sys
+from pathlib import Path
 
 import pilegrasp_ctrl as pg
-from pilegrasp_ctrl.config import parse_overrides
-from pilegrasp_ctrl.scenarios._script import run_script, seed_range
+from pilegrasp_ctrl.study.condition import conditions
+from pilegrasp_ctrl.study.summary import summarise
+
+SEEDS = range(5)
 
 
-def attempt(scenario: pg.Scenario, seed: int) -> tuple[bool, bool, int]:
-    """Run one seed; return success, whether F_grasp was reached, and the number of objects held."""
-    result = pg.run(scenario, seed=seed)
-    triggered = any(outcome.trigger == "grasp force" for outcome in result.outcomes)
-    return result.success, triggered, result.grasped
-
-
-def main(name: str = "spheres_wall", first: int = 0, last: int = 4, *overrides: str) -> None:
-    """Run the seeds on two processes and print the rate with its 95 % Wilson interval."""
-    scenario = pg.load_scenario(name, parse_overrides(overrides))
-    with ProcessPoolExecutor(2) as pool:
-        results = list(pool.map(partial(attempt, scenario), seed_range(first, last)))
-    successes = sum(success for success, _, _ in results)
-    interval = binomtest(successes, len(results)).proportion_ci(method="wilson")
-    several = sum(held > 1 for _, _, held in results)
-    print(f"{name}: {successes} of {len(results)} (95 % interval {interval.low:.0%} to {interval.high:.0%}); ", end="")
-    print(f"triggered {sum(triggered for _, triggered, _ in results)}, more than one object {several}")
+def main(folder: Path) -> None:
+    """Run five seeds of piles of 5 and of 18 spheres, and print a line for each count."""
+    varied = conditions("spheres_wall", vary={"pile.count": (5, 18)})
+    with pg.run_study([(condition, seed) for condition in varied for seed in SEEDS], folder) as store:
+        for row in summarise(store):
+            interval = f"95 % interval {row.ci_low:.0%} to {row.ci_high:.0%}"
+            print(f"{row.condition['pile.count']} objects: {row.successes} of {row.n} held ({interval})")
 
 
 if __name__ == "__main__":
-    run_script(main)
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "out/success_rate"))

@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenario_table import table
 
 from pilegrasp_ctrl.config import Scenario, build_scenario, dotted_keys, load_scenario, parse_overrides
 from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.scenarios import find, names
-
-DOCS = Path(__file__).parents[1] / "docs"
+from places import DOCS
+from scenario_table import table
 
 # What each shipped scenario may change of the defaults, which are those of spheres_wall: what its name says.
 DIFFERENCES = {
@@ -64,7 +63,7 @@ def test_the_shipped_scenarios_have_different_hashes():
 
 def test_the_documented_keys_are_the_declared_ones():
     assert table() in (DOCS / "scenarios.md").read_text(encoding="utf-8"), (
-        "python tests/scenario_table.py prints it anew"
+        "python tests/helpers/scenario_table.py prints it anew"
     )
 
 

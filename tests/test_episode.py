@@ -333,7 +333,7 @@ def last_states(tmp_path, monkeypatch):
 
 
 def test_the_watchdog_stops_an_attempt_and_the_collector_runs_again(last_states, monkeypatch):
-    monkeypatch.setattr(watchdog, "DEEPEST", 1e-6)
+    monkeypatch.setattr(watchdog, "MAX_PENETRATION", 1e-6)
     with pytest.raises(SimulationError, match="overlap") as caught:
         run("push_wall", record=True)
     assert gc.isenabled()

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from pilegrasp_ctrl.doctor import PACKAGES
+from pilegrasp_ctrl.validation.installation import PACKAGES
+from places import ROOT
 
-ROOT = Path(__file__).parents[1]
 LINKED = ("robots", "scenarios", "viewer")
 
 

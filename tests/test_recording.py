@@ -9,12 +9,12 @@ from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
-from synthetic_recording import synthetic
 
 import pilegrasp_ctrl.recording as module
 from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.exceptions import RecordingError
 from pilegrasp_ctrl.recording import Body, Recording, Shape
+from synthetic_recording import synthetic
 
 ARRAYS = ("frame_time", "body_position", "body_quaternion", "signal_time")
 

@@ -7,9 +7,9 @@ import pytest
 
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.exceptions import ConfigurationError, RecordingError
-from pilegrasp_ctrl.preparation import prepare
+from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.recording import Recording
-from pilegrasp_ctrl.sim.objects import KINDS, object_kind
+from pilegrasp_ctrl.sim.objects import OBJECT_MODELS, object_model
 from pilegrasp_ctrl.sim.pile_cache import _cache_folder
 
 
@@ -18,13 +18,13 @@ def test_a_misspelt_object_is_told_its_name(name):
     with pytest.raises(
         ConfigurationError, match=rf"pile\.object = '{name}' is not known; did you mean '(\w+)'\?$"
     ) as e:
-        object_kind(name)
-    assert object_kind(str(e.value).split("'")[-2])
+        object_model(name)
+    assert object_model(str(e.value).split("'")[-2])
 
 
 def test_an_unknown_object_is_told_what_there_is():
-    with pytest.raises(ConfigurationError, match=f"choose from {', '.join(KINDS)}$"):
-        object_kind("zzz")
+    with pytest.raises(ConfigurationError, match=f"choose from {', '.join(OBJECT_MODELS)}$"):
+        object_model("zzz")
 
 
 @pytest.mark.parametrize("settings", [{"controller.rate": 333.0}, {"controller.rate": 2000.0}, {"sim.timestep": 3e-4}])

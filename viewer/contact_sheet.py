@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from pilegrasp_ctrl.analysis.meta import plain
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.recording import Recording, write_atomically
 from pilegrasp_ctrl.viewer.stills import Progress, Stills
-from pilegrasp_ctrl.viewer.summary import Phase, Summary, plain, summarize
+from pilegrasp_ctrl.viewer.summary import Phase, Summary, summarize
 
 TILES = 9
 """Moments between the primitives' ends are added up to this number."""

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from pilegrasp_ctrl.exceptions import ExportError
-from pilegrasp_ctrl.output_file import VIEWS
+from pilegrasp_ctrl.files import VIEWS
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.chromium import require_chromium
 from pilegrasp_ctrl.viewer.contact_sheet import write_png

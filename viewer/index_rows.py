@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pilegrasp_ctrl.analysis.meta import lookup, number, plain, text
 from pilegrasp_ctrl.exceptions import ExportError
-from pilegrasp_ctrl.viewer.summary import lookup, number, plain, text
 
 STUDY = "study.db"
 RECORDINGS = "recordings"

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from pilegrasp_ctrl.analysis.meta import plain, text
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.camera import view
 from pilegrasp_ctrl.viewer.commands import node_path
@@ -17,7 +18,7 @@ from pilegrasp_ctrl.viewer.fingers import tubes
 from pilegrasp_ctrl.viewer.lane import scalar_signal
 from pilegrasp_ctrl.viewer.overlays import at_frames
 from pilegrasp_ctrl.viewer.push_frame import push_frame
-from pilegrasp_ctrl.viewer.summary import Phase, Summary, plain, separated, text
+from pilegrasp_ctrl.viewer.summary import Phase, Summary, separated
 from pilegrasp_ctrl.viewer.timeline import styles, timeline
 
 _HERE = Path(__file__).parent

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pilegrasp_ctrl.analysis.meta import lookup, number
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.overlays import at_frames
 from pilegrasp_ctrl.viewer.shapes import quaternion_matrix
-from pilegrasp_ctrl.viewer.summary import lookup, number, summarize
+from pilegrasp_ctrl.viewer.summary import summarize
 
 OPENING = np.deg2rad(20.0)
 """Of the funnel's sides against its middle line; the paper's Fig. 2 is a sketch without numbers."""

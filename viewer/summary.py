@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from pilegrasp_ctrl.analysis.meta import lookup, number, plain, text
 from pilegrasp_ctrl.recording import Recording
 
 
@@ -47,39 +47,6 @@ class Summary:
     phases: tuple[Phase, ...]
     facts: tuple[tuple[str, str], ...]
     versions: tuple[tuple[str, str], ...]
-
-
-def number(value: Any) -> float | None:
-    """Return a finite float, or None where `value` is something else."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return None
-    try:
-        result = float(value)
-    except OverflowError:
-        return None
-    return result if math.isfinite(result) else None
-
-
-def text(value: Any, limit: int = 300) -> str:
-    """Return a short plain text; None is empty."""
-    if value is None:
-        return ""
-    if isinstance(value, float):
-        return f"{value:g}"
-    words = str(value)
-    return words if len(words) <= limit else words[: limit - 1] + "…"
-
-
-def plain(trigger: str) -> str:
-    """Return a trigger as words, where it is an identifier."""
-    return trigger.replace("_", " ") if trigger.isidentifier() else trigger
-
-
-def lookup(table: Any, dotted: str) -> Any:
-    """Return the entry of a nested table, or None where a level is missing."""
-    for key in dotted.split("."):
-        table = table.get(key) if isinstance(table, Mapping) else None
-    return table
 
 
 def phases(outcomes: Any) -> tuple[Phase, ...]:

@@ -7,9 +7,10 @@ from html import escape
 
 import numpy as np
 
+from pilegrasp_ctrl.analysis.meta import plain
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.lane import Axes, Curve, Lane, nice_ticks, scalar_signal
-from pilegrasp_ctrl.viewer.summary import Event, Phase, Summary, events, plain
+from pilegrasp_ctrl.viewer.summary import Event, Phase, Summary, events
 
 SMALLEST_FORCE = 2.0
 """The lane of forces reaches up to this at least, so that the sensor's noise looks like noise [N]."""

@@ -15,7 +15,7 @@ from typing import TextIO, TypeGuard
 from ..exceptions import PilegraspError
 from . import (  # noqa: F401  (importing registers the verbs)
     bench,
-    examine,
+    doctor,
     export,
     list_scenarios,
     paper,

@@ -14,13 +14,13 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ..output_file import check_output
+from ..files import check_output
 from .application import app
 from .options import DebugOption, JsonOption, make_console, print_json
 
 if TYPE_CHECKING:
-    from ..experiments.bench.compare import Change
-    from ..experiments.bench.result import BenchResult, Row
+    from ..validation.bench.compare import Change
+    from ..validation.bench.result import BenchResult, Row
 
 
 @app.command("bench", epilog="Ratios within one run can be trusted; microseconds belong to the machine and its mood.")
@@ -39,9 +39,9 @@ def bench(
     if save is not None:
         check_output(save, ".json")
 
-    from ..experiments.bench.benchmark import FULL, QUICK, run_benchmark
-    from ..experiments.bench.compare import compare as compare_results
-    from ..experiments.bench.result import load_result
+    from ..validation.bench.benchmark import FULL, QUICK, run_benchmark
+    from ..validation.bench.compare import compare as compare_results
+    from ..validation.bench.result import load_result
 
     old = None if compare is None else load_result(compare)
     with _progress() as progress:

@@ -11,7 +11,7 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
 from ..exceptions import ExportError
-from ..output_file import VIEWS, check_output
+from ..files import VIEWS, check_output
 from .application import app
 from .options import DebugOption, JsonOption, make_progress, print_json
 
@@ -82,8 +82,8 @@ def export_recording(
 
 
 def _export_study(folder: Path, output: Path, as_json: bool) -> None:
-    from ..experiments.study.store import StudyStore
-    from ..experiments.study.table import TABLES, require_parquet, write_table
+    from ..study.store import StudyStore
+    from ..study.table import TABLES, require_parquet, write_table
 
     check_output(output, *TABLES)
     if output.suffix == ".parquet":
@@ -98,7 +98,7 @@ def _export_study(folder: Path, output: Path, as_json: bool) -> None:
 
 def with_motion(recording: Recording) -> Recording:
     """Return a recording that says which object separated from the pile, where it does not say so yet."""
-    from ..experiments.motion.measures import annotate
+    from ..analysis.motion import annotate
 
     return recording if "motion" in recording.meta else annotate(recording)
 

@@ -19,7 +19,7 @@ from .options import DebugOption, JsonOption, make_console, make_progress, print
 from .sweep import JobsOption, SchedulerOption, study_progress, worker_count
 
 if TYPE_CHECKING:
-    from ..experiments.paper.plan import Expected, Work
+    from ..scenarios.paper.plan import Expected, Work
 
 JUDGING = 10_000
 """Seeds from here on are for judging; whoever tunes uses others."""
@@ -66,8 +66,8 @@ def paper(
     """Carry out the paper's experiments and judge its claims: claims.json, index.html, figures, recordings."""
     workers = worker_count(jobs, scheduler)
 
-    from ..experiments.paper.plan import plan
     from ..scenarios.paper import NAMES, experiment
+    from ..scenarios.paper.plan import plan
 
     chosen = [experiment(name) for name in (NAMES if not names or "all" in names else dict.fromkeys(names))]
     work = plan(chosen, attempts)
@@ -80,11 +80,11 @@ def paper(
             _print_costs(work)
         return
 
-    from ..experiments.paper.run import carry_out, write_results
+    from ..scenarios.paper.run import run_paper, write_results
 
     with study_progress("paper") as progress:
         try:
-            store = carry_out(work, out, seeds_from, jobs=workers, scheduler=scheduler, progress=progress)
+            store = run_paper(work, out, seeds_from, jobs=workers, scheduler=scheduler, progress=progress)
         except KeyboardInterrupt:
             print(f"stopped; what is finished is kept in {out}, and the same command does the rest", file=sys.stderr)
             raise
@@ -98,8 +98,8 @@ def paper(
 
 
 def _expected(work: list[Work], first_seed: int, out: Path) -> Expected:
-    from ..experiments.paper.plan import expect
-    from ..experiments.study.store import FILE, StudyStore
+    from ..scenarios.paper.plan import expect
+    from ..study.store import FILE, StudyStore
 
     if not (out / FILE).is_file():
         return expect(work, first_seed, None)

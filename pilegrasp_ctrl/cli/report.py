@@ -36,7 +36,7 @@ def report_study(
     debug: DebugOption = False,
 ) -> None:
     """Write DIR/index.html: success by condition, every attempt, and its recording where there is one."""
-    from ..output_file import check_output
+    from ..files import check_output
     from ..recording import write_atomically
     from ..viewer.index import index_page
     from ..viewer.index_rows import read_attempts

@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.progress import SpinnerColumn, TextColumn
 from rich.table import Table
 
-from ..output_file import VIEWS, check_output
+from ..files import VIEWS, check_output
 from .application import app
 from .export import drawing_progress
 from .options import DebugOption, JsonOption, make_console, make_progress, print_json
@@ -79,7 +79,7 @@ def run_scenario(
         if watch:
             watch.finish("Success" if result.success else "Failed", result.reason, result.success)
     if result.recording is not None:
-        from ..experiments.motion import annotate
+        from ..analysis.motion import annotate
 
         recording = annotate(result.recording)
         if record is not None:

@@ -21,9 +21,9 @@ from .application import app
 from .options import DebugOption, JsonOption, make_console, make_progress, print_json
 
 if TYPE_CHECKING:
-    from ..experiments.study.attempt_row import AttemptRow
-    from ..experiments.study.progress import StudyProgress
-    from ..experiments.study.summary import SummaryRow
+    from ..study.attempt_row import AttemptRow
+    from ..study.progress import StudyProgress
+    from ..study.summary import SummaryRow
 
 JobsOption = Annotated[
     int | None, typer.Option("--jobs", min=1, metavar="N", help="Worker processes; one for each core where absent.")
@@ -81,15 +81,15 @@ def sweep(
     workers = worker_count(jobs, scheduler)
 
     from ..config import parse_overrides
-    from ..experiments.study.condition import conditions
+    from ..study.condition import conditions
 
     values, overrides = parse_vary(vary or []), parse_overrides(settings or [])
     numbers = parse_seeds(seeds)
     found = conditions(scenario, values, overrides)
     tasks = [(condition, seed) for condition in found for seed in numbers]
 
-    from ..experiments.study.run import run_study
-    from ..experiments.study.summary import summarise
+    from ..study.run import run_study
+    from ..study.summary import summarise
 
     with study_progress(Path(scenario).stem) as progress:
         try:

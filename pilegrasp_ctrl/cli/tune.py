@@ -72,17 +72,17 @@ def tune(
     chosen = load_scenario(scenario, overrides)
     numbers = _seeds(seeds)
 
-    from ..experiments.tuning.search import carry_out, check_seeds, plan_search
+    from ..tuning.search import check_seeds, plan_search, run_search
 
     check_seeds(numbers)
     search = plan_search(chosen, out, start=start, seeds=numbers, late=late)
 
-    from ..experiments.tuning.analysis import explain
-    from ..experiments.tuning.results import write_results
+    from ..tuning.analysis import explain
+    from ..tuning.results import write_results
 
     with _progress(chosen.name) as progress:
         try:
-            store = carry_out(search, trials, jobs, progress)
+            store = run_search(search, trials, jobs, progress)
         except KeyboardInterrupt:
             print(f"stopped; the finished trials are kept in {out}, and the same command goes on", file=sys.stderr)
             raise

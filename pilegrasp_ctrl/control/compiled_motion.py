@@ -6,13 +6,13 @@ from time import perf_counter
 
 import numpy as np
 
-from ..arm_state import ArmState
+from ..arm.state import ArmState
 from ..exceptions import ConfigurationError
+from ..qp.program import QuadraticProgram
 from ..tasks.frame_motion_task import FrameMotionTask
 from ..types import Array, Command, ControllerOutput, Reference
-from .friction import FrictionCompensation
+from .friction_compensation import FrictionCompensation
 from .inverse_dynamics import ACTIVE, InverseDynamics
-from .qp import QuadraticProgram
 
 
 class CompiledMotion:

@@ -7,8 +7,8 @@ from math import exp, hypot, inf, isfinite
 import numpy as np
 import pinocchio as pin
 
-from ..arm_model import ArmModel
-from ..arm_state import ArmState
+from ..arm.model import ArmModel
+from ..arm.state import ArmState
 from ..exceptions import ConfigurationError, ModelError
 from ..types import Array, Observation
 

@@ -8,18 +8,18 @@ from math import sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arm_model import ArmModel
-from ..arm_state import ArmState
+from ..arm.model import ArmModel
+from ..arm.state import ArmState
 from ..exceptions import ConfigurationError, ModelError
 from ..tasks.frame_task import pose_error
+from ..tasks.gain_values import checked_wrench
+from ..tasks.gains import Impedance
 from ..tasks.impedance_task import ImpedanceTask
 from ..tasks.posture_task import PostureTask
 from ..types import Array, ControllerOutput, Observation, Reference
-from .friction import FrictionCompensation
-from .gain_values import checked_wrench
-from .gains import Impedance
+from .friction_compensation import FrictionCompensation
+from .inertia_weighted_dynamics import InertiaWeightedDynamics
 from .inverse_dynamics import LIMITS
-from .least_constraint import LeastConstraint
 from .sampled_data import check_stability
 from .tool_axes import turn_reference, turn_state, turn_wrench
 
@@ -30,8 +30,8 @@ class ImpedanceController:
     """Torques that make the tool yield as an `Impedance`, within all limits.
 
     After Hogan, "Impedance control: an approach to manipulation", J. Dynamic Systems, Measurement, and Control 107,
-    1985; `ImpedanceTask` states the law, and `LeastConstraint` how the joints share it. Steady contact gives the force
-    K e + desired force, up to joint friction. `docs/impedance.md` has the whole.
+    1985; `ImpedanceTask` states the law, and `InertiaWeightedDynamics` how the joints share it. Steady contact gives
+    the force K e + desired force, up to joint friction. `docs/impedance.md` has the whole.
 
     Away from the limits a pure function of observation and reference. Where a limit binds, what the environment did
     in the period before counts too.
@@ -79,9 +79,9 @@ class ImpedanceController:
         self.arm = arm
         self._task = ImpedanceTask(impedance, weight, mask, None if stiffness is None else _spring_matrix(stiffness))
         if impedance.force_gain > 0.0:
-            raise ConfigurationError("force_gain needs a memory: use HybridImpedanceController, or leave it out")
+            raise ConfigurationError("force_gain needs a memory: use ContactImpedanceController, or leave it out")
         posture = posture if isinstance(posture, PostureTask) else PostureTask(posture)
-        self._dynamics = LeastConstraint(arm, self._task, posture, limits, solver, rate)
+        self._dynamics = InertiaWeightedDynamics(arm, self._task, posture, limits, solver, rate)
         if posture.target is not None and (self._task.sqrt_weight == 1.0).all():
             check_stability(arm, impedance, posture.target, rate, wrench_lag)
         if isinstance(friction, bool):

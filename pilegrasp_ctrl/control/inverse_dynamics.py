@@ -7,20 +7,20 @@ from time import perf_counter
 
 import numpy as np
 
-from ..arm_model import ArmModel
-from ..arm_state import ArmState
+from ..arm.model import ArmModel
+from ..arm.state import ArmState
 from ..exceptions import ConfigurationError, SolverError
 from ..limits.acceleration_bounds import AccelerationBounds, AffineLimit
 from ..limits.braking import braking_acceleration
 from ..limits.position_limit import PositionLimit
 from ..limits.torque_limit import TorqueLimit
 from ..limits.velocity_limit import VelocityLimit
+from ..qp.linear_algebra import solve_positive_definite
+from ..qp.program import QuadraticProgram, Solution, make_solver, solve
 from ..tasks.frame_task import FrameTask
 from ..tasks.objective import Objective
 from ..tasks.posture_task import PostureTask
 from ..types import Array, Command, ControllerOutput
-from .linear_algebra import solve_positive_definite
-from .qp import QuadraticProgram, Solution, make_solver, solve
 
 _NEAR = -200.0
 """Bounds that allow more than this leave room for whatever joint friction does [rad/s²]."""

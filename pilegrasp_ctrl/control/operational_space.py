@@ -7,16 +7,16 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arm_model import ArmModel
-from ..arm_state import ArmState
+from ..arm.model import ArmModel
+from ..arm.state import ArmState
 from ..exceptions import ConfigurationError
 from ..tasks.frame_motion_task import FrameMotionTask
 from ..tasks.frame_task import pose_error
+from ..tasks.gains import MotionGains
 from ..tasks.posture_task import PostureTask
 from ..types import Array, ControllerOutput, Observation, Reference
 from .compiled_motion import CompiledMotion
-from .friction import FrictionCompensation
-from .gains import MotionGains
+from .friction_compensation import FrictionCompensation
 from .inverse_dynamics import LIMITS, InverseDynamics
 
 DEFAULT_GAINS = MotionGains(stiffness=[900.0, 900.0, 900.0, 1600.0, 1600.0, 1600.0])

@@ -7,11 +7,11 @@ from math import inf, sqrt
 
 import numpy as np
 
-from ..arm_model import ArmModel
+from ..arm.model import ArmModel
 from ..exceptions import ConfigurationError
+from ..tasks.gains import Impedance
 from ..tasks.impedance_task import ImpedanceTask
 from ..types import Array
-from .gains import Impedance
 from .tool_axes import turn_state
 
 _RANGE = 1e6

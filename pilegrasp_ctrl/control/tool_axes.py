@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arm_state import ArmState
+from ..arm.state import ArmState
 from ..types import Array, Reference
 
 

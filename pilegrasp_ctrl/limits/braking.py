@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arm_model import ArmModel
+from ..arm.model import ArmModel
 from ..types import Array
 
 _SAMPLES = 64

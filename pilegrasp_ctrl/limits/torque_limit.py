@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arm_model import ArmModel
-from ..arm_state import ArmState
+from ..arm.model import ArmModel
+from ..arm.state import ArmState
 from ..types import Array
 from .constraint import Constraint
 

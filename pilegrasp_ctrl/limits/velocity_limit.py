@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arm_model import ArmModel
+from ..arm.model import ArmModel
 from .constraint import AffineBounds
 
 MARGIN, FRICTION_MARGIN = 0.05, 0.07

@@ -10,8 +10,8 @@ import numpy as np
 from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
 from ..types import Pose
-from .path_phase import OVERTIME, PathPhase
-from .primitive import NO_FORCE, Ending, Sensed, Target
+from .active_path import OVERTIME, ActivePath
+from .primitive import NO_FORCE, Ending, PrimitiveInput, Setpoint
 
 SEARCH_DEPTH = 0.05
 """How far below the expected surface the descent goes on before it gives up [m]."""
@@ -39,25 +39,25 @@ class Approach:
     name: str = "approach"
     tares: ClassVar[bool] = True
 
-    def begin(self, sensed: Sensed, last: Target) -> ApproachPhase:
+    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActiveApproach:
         """Start from the last reference pose."""
         start = last.reference.pose
         across = StraightLine(start, self.pre_grasp.translation - start.translation, self.speed)
         down = StraightLine(across.end, np.array([0.0, 0.0, -(self.height + SEARCH_DEPTH)]), self.touch_speed)
-        return ApproachPhase(sensed, LineChain((across, down)), self.closure, NO_FORCE, self)
+        return ActiveApproach(sensed, LineChain((across, down)), self.closure, NO_FORCE, self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ApproachPhase(PathPhase):
+class ActiveApproach(ActivePath):
     """An approach under way."""
 
     plan: Approach
 
-    def force(self, sensed: Sensed) -> float:
+    def force(self, sensed: PrimitiveInput) -> float:
         """Return the surface's normal force."""
         return float(self.change(sensed)[2])
 
-    def ending(self, sensed: Sensed) -> Ending | None:
+    def ending(self, sensed: PrimitiveInput) -> Ending | None:
         """End at the surface; a contact before the descent is a collision."""
         elapsed = self.elapsed(sensed)
         if elapsed < self.path.lines[0].duration:

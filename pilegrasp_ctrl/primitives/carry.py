@@ -12,9 +12,9 @@ import pinocchio as pin
 from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
 from ..types import Pose
+from .active_path import ActivePath
 from .move import TOLERANCE
-from .path_phase import PathPhase
-from .primitive import NO_FORCE, Ending, Sensed, Target
+from .primitive import NO_FORCE, Ending, PrimitiveInput, Setpoint
 
 REST_TIME = 0.3
 """After the motion, so that what hangs in the hand comes to rest [s]."""
@@ -39,7 +39,7 @@ class Carry:
     name: str = "carry"
     tares: ClassVar[bool] = True
 
-    def begin(self, sensed: Sensed, last: Target) -> CarryPhase:
+    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActiveCarry:
         """Start from the last reference pose; where that is low, rise from where the hand is."""
         here = last.reference.pose
         lines: tuple[StraightLine, ...] = ()
@@ -52,14 +52,14 @@ class Carry:
         turn = pin.log3(self.pose.rotation @ here.rotation.T)
         way = self.pose.translation - here.translation
         lines += (StraightLine(here, way, self.speed, rotation=turn, angular_speed=ANGULAR_SPEED),)
-        return CarryPhase(sensed, LineChain(lines), self.closure, NO_FORCE)
+        return ActiveCarry(sensed, LineChain(lines), self.closure, NO_FORCE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CarryPhase(PathPhase):
+class ActiveCarry(ActivePath):
     """A carry under way."""
 
-    def ending(self, sensed: Sensed) -> Ending | None:
+    def ending(self, sensed: PrimitiveInput) -> Ending | None:
         """End when the way and the rest after it are over, if the tool got there."""
         if self.elapsed(sensed) < self.path.duration + REST_TIME:
             return None

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..types import Array, Pose, Reference
-from .primitive import Ending, Sensed, Target
+from .primitive import Ending, PrimitiveInput, Setpoint
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,22 +34,22 @@ class Grasp:
     name: str = "grasp"
     tares: ClassVar[bool] = False
 
-    def begin(self, sensed: Sensed, last: Target) -> GraspPhase:
+    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActiveGrasp:
         """Start from the last reference pose, at F_grasp."""
-        return GraspPhase(self, sensed, last.reference.pose)
+        return ActiveGrasp(self, sensed, last.reference.pose)
 
 
 @dataclass(slots=True, eq=False)
-class GraspPhase:
+class ActiveGrasp:
     """A grasp under way; remembers how far it has advanced."""
 
     plan: Grasp
-    start: Sensed
+    start: PrimitiveInput
     here: Pose
     _advanced: float = 0.0
     _time: float | None = None
 
-    def target(self, sensed: Sensed) -> Target:
+    def target(self, sensed: PrimitiveInput) -> Setpoint:
         """Advance by the time that has passed since the last call, the hand closed."""
         plan = self.plan
         speed = plan.speed * float(np.clip(1.0 - self.pressure(sensed) / plan.grasp_force, -1.0, 1.0))
@@ -58,17 +58,17 @@ class GraspPhase:
         self._advanced = float(np.clip(wanted, -plan.advance, plan.advance))
         moving = self._advanced == wanted
         twist = np.concatenate([moving * speed * plan.direction, np.zeros(3)])
-        return Target(Reference(self.here.moved(self._advanced * plan.direction), twist), 1.0)
+        return Setpoint(Reference(self.here.moved(self._advanced * plan.direction), twist), 1.0)
 
-    def pressure(self, sensed: Sensed) -> float:
+    def pressure(self, sensed: PrimitiveInput) -> float:
         """Return the force against the push [N]; it was F_grasp when the grasp began."""
         change = self.plan.direction @ (sensed.wrench[:3] - self.start.wrench[:3])
         return self.plan.grasp_force - float(change)
 
-    def force(self, sensed: Sensed) -> float:
+    def force(self, sensed: PrimitiveInput) -> float:
         """Return how much the force on the hand has changed."""
         return float(np.linalg.norm(sensed.wrench[:3] - self.start.wrench[:3]))
 
-    def ending(self, sensed: Sensed) -> Ending | None:
+    def ending(self, sensed: PrimitiveInput) -> Ending | None:
         """End when the closing has had its time; the hand has no sensor that could tell more."""
         return Ending("closed") if sensed.time - self.start.time >= self.plan.duration else None

@@ -10,8 +10,8 @@ import numpy as np
 from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
 from ..types import Array
-from .path_phase import PathPhase
-from .primitive import NO_FORCE, Ending, Sensed, Target
+from .active_path import ActivePath
+from .primitive import NO_FORCE, Ending, PrimitiveInput, Setpoint
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -35,7 +35,7 @@ class Lift:
     name: str = "lift"
     tares: ClassVar[bool] = False
 
-    def begin(self, sensed: Sensed, last: Target) -> LiftPhase:
+    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActiveLift:
         """Start from the last reference pose."""
         start = last.reference.pose
         if self.back is None:
@@ -45,20 +45,20 @@ class Lift:
             rise = min(float(np.linalg.norm(way)), self.height)
             away = StraightLine(start, way + rise * UP, self.speed)
             lines = (away, StraightLine(away.end, (self.height - rise) * UP, self.speed))
-        return LiftPhase(sensed, LineChain(lines), last.closure, NO_FORCE, self)
+        return ActiveLift(sensed, LineChain(lines), last.closure, NO_FORCE, self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LiftPhase(PathPhase):
+class ActiveLift(ActivePath):
     """A lift under way."""
 
     plan: Lift
 
-    def force(self, sensed: Sensed) -> float:
+    def force(self, sensed: PrimitiveInput) -> float:
         """Return the weight that the hand has taken on."""
         return float(-self.change(sensed)[2])
 
-    def ending(self, sensed: Sensed) -> Ending | None:
+    def ending(self, sensed: PrimitiveInput) -> Ending | None:
         """End when the hand has been held up long enough, if it got there."""
         if self.elapsed(sensed) < self.path.duration + self.plan.hold:
             return None

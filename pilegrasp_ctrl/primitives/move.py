@@ -9,8 +9,8 @@ from typing import ClassVar
 from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
 from ..types import Array
-from .path_phase import PathPhase
-from .primitive import NO_FORCE, Ending, Sensed, Target
+from .active_path import ActivePath
+from .primitive import NO_FORCE, Ending, PrimitiveInput, Setpoint
 
 SETTLE_TIME = 0.5
 """Rest after the line, so that a recording shows how the error dies away [s]."""
@@ -34,17 +34,17 @@ class Move:
     name: str = "line"
     tares: ClassVar[bool] = True
 
-    def begin(self, sensed: Sensed, last: Target) -> MovePhase:
+    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActiveMove:
         """Start from the last reference pose."""
         line = StraightLine(last.reference.pose, self.displacement, self.speed)
-        return MovePhase(sensed, LineChain((line,)), self.closure, NO_FORCE)
+        return ActiveMove(sensed, LineChain((line,)), self.closure, NO_FORCE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MovePhase(PathPhase):
+class ActiveMove(ActivePath):
     """A line under way."""
 
-    def ending(self, sensed: Sensed) -> Ending | None:
+    def ending(self, sensed: PrimitiveInput) -> Ending | None:
         """End when the line and the rest after it are over, if the tool got there."""
         if self.elapsed(sensed) < self.path.duration + SETTLE_TIME:
             return None

@@ -13,7 +13,7 @@ NO_FORCE = np.zeros(6)
 NO_FORCE.setflags(write=False)
 
 
-class Sensed(NamedTuple):
+class PrimitiveInput(NamedTuple):
     """What a primitive may look at: the clock, the arm's own kinematics and the wrist sensor.
 
     Attributes:
@@ -27,7 +27,7 @@ class Sensed(NamedTuple):
     wrench: Array
 
 
-class Target(NamedTuple):
+class Setpoint(NamedTuple):
     """What a primitive asks for at one instant.
 
     Attributes:
@@ -49,18 +49,18 @@ class Ending:
     failed: bool = False
 
 
-class Phase(Protocol):
+class ActivePrimitive(Protocol):
     """A primitive that has begun."""
 
-    def target(self, sensed: Sensed) -> Target:
+    def target(self, sensed: PrimitiveInput) -> Setpoint:
         """Return what is asked for now; called once a control period."""
         ...
 
-    def ending(self, sensed: Sensed) -> Ending | None:
+    def ending(self, sensed: PrimitiveInput) -> Ending | None:
         """Return how the primitive ended, or None while it goes on."""
         ...
 
-    def force(self, sensed: Sensed) -> float:
+    def force(self, sensed: PrimitiveInput) -> float:
         """Return the force that the primitive watches, relative to its start [N]."""
         ...
 
@@ -76,6 +76,6 @@ class Primitive(Protocol):
         """Name as it appears in outcomes."""
         ...
 
-    def begin(self, sensed: Sensed, last: Target) -> Phase:
+    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActivePrimitive:
         """Start at the given instant, continuing from the last target, so that no reference ever jumps."""
         ...

@@ -10,8 +10,8 @@ import numpy as np
 from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
 from ..types import Array
-from .path_phase import OVERTIME, PathPhase
-from .primitive import Ending, Sensed, Target
+from .active_path import OVERTIME, ActivePath
+from .primitive import Ending, PrimitiveInput, Setpoint
 
 SINK_SPEED = 0.04
 """Of the reference on its way to the press depth [m/s]."""
@@ -41,27 +41,27 @@ class Push:
     name: str = "push"
     tares: ClassVar[bool] = True
 
-    def begin(self, sensed: Sensed, last: Target) -> PushPhase:
+    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActivePush:
         """Start where the hand touches down, wherever the reference has gone meanwhile."""
         reference = last.reference.pose
         sink = sensed.pose.translation[2] - self.press_depth - reference.translation[2]
         down = StraightLine(reference, np.array([0.0, 0.0, sink]), SINK_SPEED)
         along = StraightLine(down.end, self.travel * np.asarray(self.direction), self.speed)
         desired_force = np.array([0.0, 0.0, -self.normal_force, 0.0, 0.0, 0.0])
-        return PushPhase(sensed, LineChain((down, along)), self.closure, desired_force, self)
+        return ActivePush(sensed, LineChain((down, along)), self.closure, desired_force, self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PushPhase(PathPhase):
+class ActivePush(ActivePath):
     """A push under way."""
 
     plan: Push
 
-    def force(self, sensed: Sensed) -> float:
+    def force(self, sensed: PrimitiveInput) -> float:
         """Return the force against the push."""
         return float(-self.plan.direction.dot(self.change(sensed)))
 
-    def ending(self, sensed: Sensed) -> Ending | None:
+    def ending(self, sensed: PrimitiveInput) -> Ending | None:
         """End at F_grasp, or where the travel ends."""
         if self.force(sensed) >= self.plan.grasp_force:
             return Ending("grasp force")

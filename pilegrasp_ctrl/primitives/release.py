@@ -9,8 +9,8 @@ import numpy as np
 
 from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
-from .path_phase import PathPhase
-from .primitive import NO_FORCE, Ending, Sensed, Target
+from .active_path import ActivePath
+from .primitive import NO_FORCE, Ending, PrimitiveInput, Setpoint
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,18 +21,18 @@ class Release:
     name: str = "release"
     tares: ClassVar[bool] = True
 
-    def begin(self, sensed: Sensed, last: Target) -> ReleasePhase:
+    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActiveRelease:
         """Stay at the last reference pose."""
         still = StraightLine(last.reference.pose, np.zeros(3), 1.0)
-        return ReleasePhase(sensed, LineChain((still,)), 0.0, NO_FORCE, self)
+        return ActiveRelease(sensed, LineChain((still,)), 0.0, NO_FORCE, self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReleasePhase(PathPhase):
+class ActiveRelease(ActivePath):
     """A release under way."""
 
     plan: Release
 
-    def ending(self, sensed: Sensed) -> Ending | None:
+    def ending(self, sensed: PrimitiveInput) -> Ending | None:
         """End when the hand has been open long enough; it has no sensor that could tell more."""
         return Ending("opened") if self.elapsed(sensed) >= self.plan.duration else None

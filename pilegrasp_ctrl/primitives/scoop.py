@@ -10,8 +10,8 @@ import numpy as np
 
 from ..trajectories.line_chain import LineChain
 from ..trajectories.straight_line import StraightLine
-from .path_phase import PathPhase
-from .primitive import NO_FORCE, Ending, Sensed, Target
+from .active_path import ActivePath
+from .primitive import NO_FORCE, Ending, PrimitiveInput, Setpoint
 
 ANGULAR_SPEED = 0.6
 """Of the tilt [rad/s]."""
@@ -35,7 +35,7 @@ class Scoop:
     name: str = "grasp"
     tares: ClassVar[bool] = False
 
-    def begin(self, sensed: Sensed, last: Target) -> ScoopPhase:
+    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActiveScoop:
         """Start from the last reference pose.
 
         The edge goes along the chord of its arc about the heel, which must not be pressed into the support.
@@ -48,13 +48,13 @@ class Scoop:
         displacement = forward * level / np.linalg.norm(level) + np.array([0.0, 0.0, upward])
         turn = -self.angle * here.rotation[:, 1]
         line = StraightLine(here, displacement, 1.0, rotation=turn, angular_speed=ANGULAR_SPEED)
-        return ScoopPhase(sensed, LineChain((line,)), last.closure, NO_FORCE)
+        return ActiveScoop(sensed, LineChain((line,)), last.closure, NO_FORCE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ScoopPhase(PathPhase):
+class ActiveScoop(ActivePath):
     """A scoop under way."""
 
-    def ending(self, sensed: Sensed) -> Ending | None:
+    def ending(self, sensed: PrimitiveInput) -> Ending | None:
         """End when the tilt is over."""
         return Ending("tilted back") if self.elapsed(sensed) >= self.path.duration + REST_TIME else None

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from ..exceptions import PileError
+from ..planning.layout import Layout
 from ..types import Array
-from .layout import Layout
 from .object_mix import Objects
 
 FRAME_HEIGHT = 0.8

@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from ..config_sections import HandModelConfig
+from ..planning.hand_use import HandUse
 from ..robots import description
+from ..sections import HandModelConfig
 from ..types import Array, MassProperties, Pose
 from .hand_model import varied
 from .rbo_hand2 import add_rbo_hand2
@@ -74,10 +76,21 @@ class Hand:
         """Slope of the finger bases (or the scoop's floor) against the table [rad]."""
         return math.radians(self.parameters["hand"]["theta_deg"])
 
-    @property
-    def scoop_angle(self) -> float:
-        """How far the hand tilts back to grasp [rad]; zero for a hand that closes."""
-        return math.radians(self.parameters["hand"].get("scoop_angle_deg", 0.0))
+    @cached_property
+    def use(self) -> HandUse:
+        """What planning and primitives must know of the hand."""
+        numbers = self.parameters["use"]
+        return HandUse(
+            theta=self.theta,
+            press_depth=numbers["press_depth"],
+            normal_force=numbers["normal_force"],
+            preshape=numbers["preshape"],
+            closing_time=numbers["closing_time"],
+            advance=numbers["advance"],
+            scoop_angle=math.radians(self.parameters["hand"].get("scoop_angle_deg", 0.0)),
+            heel=numbers["heel"],
+            outline=self.outline(),
+        )
 
     @property
     def surface(self) -> Surface:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from typing import Any
 
-from ..config_sections import HandModelConfig
+from ..sections import HandModelConfig
 
 SCALED = {
     "bending_stiffness": ("pneumatics.bending_stiffness",),

@@ -12,7 +12,7 @@ from ..exceptions import ConfigurationError
 from .hull import Hull
 from .net import Net
 from .object_keys import number, numbers, refuse_unknown, subtable
-from .object_kind import SMOOTH, ObjectKind
+from .object_model import SMOOTH, ObjectModel
 from .restitution import restitution_for_mass
 from .surface import Surface
 
@@ -40,7 +40,7 @@ _COMMON = ("shape", "mass", "inertia_factor", "friction", "restitution", "net", 
 _FRICTION = {"lateral": SMOOTH.lateral, "spinning": SMOOTH.spinning, "rolling": SMOOTH.rolling}
 
 
-def read_object(file: Path, variant: str = "real") -> ObjectKind:
+def read_object(file: Path, variant: str = "real") -> ObjectModel:
     """Read one kind of object; a table named like the variant replaces keys above it.
 
     The keys above all tables are the variant "real". `docs/objects.md` lists them.
@@ -89,7 +89,7 @@ def write_object(path: str | Path, /, **keys: Any) -> Path:
     return path
 
 
-def build_object(table: Mapping[str, Any], name: str, variant: str, folder: Path) -> ObjectKind:
+def build_object(table: Mapping[str, Any], name: str, variant: str, folder: Path) -> ObjectModel:
     """Return the kind that the keys of a file describe; a mesh's file starts at `folder`.
 
     Raises:
@@ -113,7 +113,7 @@ def build_object(table: Mapping[str, Any], name: str, variant: str, folder: Path
     bounce = restitution_for_mass(mass) if bounces else number(keys, "restitution", (0.0, 1.0), "")
     friction = _FRICTION | subtable(keys, "friction", tuple(_FRICTION))
     lateral, spinning, rolling = (number(friction, key, (0.0, 5.0), "", "friction.") for key in _FRICTION)
-    kind = ObjectKind(
+    kind = ObjectModel(
         name=name,
         shape=shape,  # type: ignore[arg-type]
         half_size=half_size,
@@ -126,7 +126,7 @@ def build_object(table: Mapping[str, Any], name: str, variant: str, folder: Path
     return _tied(kind, keys) if "net" in keys else kind
 
 
-def _tied(kind: ObjectKind, keys: Mapping[str, Any]) -> ObjectKind:
+def _tied(kind: ObjectModel, keys: Mapping[str, Any]) -> ObjectModel:
     table = subtable(keys, "net", ("members", "loop"))
     members = table.get("members")
     if not isinstance(members, int) or isinstance(members, bool) or not 2 <= members <= LARGEST_NET:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .object_kind import ObjectKind
+from .object_model import ObjectModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +15,7 @@ class ObjectMix:
         kinds: two or more; one that is named twice is twice as frequent.
     """
 
-    kinds: tuple[ObjectKind, ...]
+    kinds: tuple[ObjectModel, ...]
 
     @property
     def net(self) -> None:
@@ -42,10 +42,10 @@ class ObjectMix:
         """Radius of the upright cylinder that encloses each of them [m]."""
         return max(kind.flank_radius for kind in self.kinds)
 
-    def share_out(self, count: int) -> list[ObjectKind]:
+    def share_out(self, count: int) -> list[ObjectModel]:
         """Return the kind of each of `count` objects."""
         return [self.kinds[index % len(self.kinds)] for index in range(count)]
 
 
-Objects = ObjectKind | ObjectMix
+Objects = ObjectModel | ObjectMix
 """What a pile is made of."""

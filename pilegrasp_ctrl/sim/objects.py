@@ -5,21 +5,21 @@ from __future__ import annotations
 from difflib import get_close_matches
 from pathlib import Path
 
-from ..config_sections import PileConfig
 from ..exceptions import ConfigurationError
 from ..scenarios import is_file, object_files, object_parts
+from ..sections import PileConfig
 from .object_file import read_object
-from .object_kind import OBJECT_BIT, SMOOTH, ObjectKind
 from .object_mix import ObjectMix, Objects
+from .object_model import OBJECT_BIT, SMOOTH, ObjectModel
 from .restitution import restitution_for_mass
 
-__all__ = ["KINDS", "OBJECT_BIT", "SMOOTH", "ObjectKind", "kind_of", "object_kind", "restitution_for_mass"]
+__all__ = ["OBJECT_BIT", "OBJECT_MODELS", "SMOOTH", "ObjectModel", "object_model", "objects_of", "restitution_for_mass"]
 
-KINDS = {name: read_object(file) for name, file in object_files().items()}
+OBJECT_MODELS = {name: read_object(file) for name, file in object_files().items()}
 """The kinds that ship, in the variant "real"."""
 
 
-def object_kind(name: str, mass: float | None = None, scale: float = 1.0, variant: str = "real") -> ObjectKind:
+def object_model(name: str, mass: float | None = None, scale: float = 1.0, variant: str = "real") -> ObjectModel:
     """Return a kind by name or file, with another mass [kg] (and the restitution that goes with it) or size if given.
 
     Raises:
@@ -28,23 +28,23 @@ def object_kind(name: str, mass: float | None = None, scale: float = 1.0, varian
     """
     if is_file(name):
         kind = read_object(Path(name), variant)
-    elif name in KINDS:
-        kind = read_object(object_files()[name], variant) if variant != "real" else KINDS[name]
+    elif name in OBJECT_MODELS:
+        kind = read_object(object_files()[name], variant) if variant != "real" else OBJECT_MODELS[name]
     else:
-        close = get_close_matches(name, KINDS, n=1)
-        remedy = f"did you mean {close[0]!r}?" if close else f"choose from {', '.join(KINDS)}"
+        close = get_close_matches(name, OBJECT_MODELS, n=1)
+        remedy = f"did you mean {close[0]!r}?" if close else f"choose from {', '.join(OBJECT_MODELS)}"
         raise ConfigurationError(f"pile.object = {name!r} is not known; {remedy}")
     return (kind if mass is None else kind.with_mass(mass)).scaled(scale)
 
 
-def kind_of(pile: PileConfig) -> Objects:
+def objects_of(pile: PileConfig) -> Objects:
     """Return the kind that a scenario asks for, or the mix of those that it joins by `+`.
 
     Raises:
-        ConfigurationError: as `object_kind`; where nets do not share out `pile.count`, or are to be mixed.
+        ConfigurationError: as `object_model`; where nets do not share out `pile.count`, or are to be mixed.
     """
     kinds = tuple(
-        object_kind(name, pile.mass, pile.scale, pile.variant).with_friction(pile.friction)
+        object_model(name, pile.mass, pile.scale, pile.variant).with_friction(pile.friction)
         for name in object_parts(pile.object)
     )
     kind = kinds[0]

@@ -9,10 +9,10 @@ import mujoco
 import numpy as np
 
 from ..exceptions import PileError
+from ..planning.layout import BASE_RADIUS, Layout
 from ..types import Array
 from .contact import NATURAL_FREQUENCY, OBJECT_IMPEDANCE, Rule, add_pair
 from .drop import FRAME_HEIGHT, drop_poses
-from .layout import ARM_FOOT, Layout
 from .object_mix import Objects
 from .pile_cache import PileCache
 from .scene import add_objects, add_support, contact, new_spec
@@ -21,10 +21,10 @@ from .surface import SUPPORT
 
 PANEL_HALF_THICKNESS = 0.02
 LIFT_SPEED = 0.3
-PEDESTAL = (ARM_FOOT, 0.1)
+PEDESTAL = (BASE_RADIUS, 0.1)
 """Radius and half height of the room that the arm's base takes above the table [m]."""
 REST_TIME = 0.3
-RESTS = 3e-3
+MAX_REST_DISPLACEMENT = 3e-3
 """The pile has come to rest when no centre has moved by more than this [m] in `REST_TIME` [s]."""
 AWAKENINGS = 20
 STAYS = 3e-4
@@ -32,12 +32,12 @@ STAYS = 3e-4
 balances on an edge, falls asleep on its way."""
 DRIFT_TIME, DRIFTS = 3.0, 1e-3
 """Nor may it have gone farther than this [m] after this time [s], about what an approach takes, if it is awake."""
-DROPS = 6
+MAX_DROPS = 6
 """So many times a pile is dropped before it is given up: what is on the brink, or rolls away, in one fall does not in
 the next."""
 TIME_LIMIT = 20.0
 """Of the simulated settling, for each of its two phases [s]."""
-DEEPEST = 1e-3
+MAX_PENETRATION = 1e-3
 """Two bodies of a settled pile overlap by less than this [m]; 0.04 mm was the most that we saw."""
 CACHE_VERSION = 18
 
@@ -64,7 +64,7 @@ def settle_pile(kind: Objects, count: int, layout: Layout, seed: int, rule: Rule
 
     Raises:
         PileError: where the objects do not fit into the frame's height, leave the frame, do not come to rest,
-            overlap when they do, or do not stay in any of `DROPS` falls.
+            overlap when they do, or do not stay in any of `MAX_DROPS` falls.
     """
     if count == 0:
         return Pile(np.zeros((0, 7)), 0.0)
@@ -91,14 +91,14 @@ def pile_model(kind: Objects, count: int, layout: Layout, rule: Rule, timestep: 
 
 
 def _simulate(kind: Objects, count: int, layout: Layout, seed: int, rule: Rule, timestep: float) -> Pile:
-    for fall in range(DROPS):
+    for fall in range(MAX_DROPS):
         rng = np.random.default_rng([seed, fall] if fall else seed)
         pile = _drop(kind, count, layout, rng, rule, timestep)
         if pile is not None:
             return pile
     raise PileError(
-        f"the pile did not come to rest, or did not stay where it had, in any of {DROPS} falls; lower pile.count or "
-        "sim.timestep, or take another seed"
+        f"the pile did not come to rest, or did not stay where it had, in any of {MAX_DROPS} falls; "
+        "lower pile.count or sim.timestep, or take another seed"
     )
 
 
@@ -138,7 +138,7 @@ def _drop(
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     mujoco.mj_forward(model, data)
     deepest = -float(data.contact.dist.min()) if data.ncon else 0.0
-    if deepest > DEEPEST:
+    if deepest > MAX_PENETRATION:
         raise PileError(f"objects of the settled pile overlap by {1000 * deepest:.1f} mm; take another seed")
     return Pile(settled, density)
 
@@ -183,7 +183,7 @@ def _comes_to_rest(stepper: Stepper, data: mujoco.MjData, step_limit: int) -> bo
         moved = _distance(data.qpos.reshape(-1, 7), before)
         if not math.isfinite(moved):
             break
-        if moved < RESTS:
+        if moved < MAX_REST_DISPLACEMENT:
             return True
     return False
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 import mujoco
 import numpy as np
 
+from ..planning.walls import Wall
 from .scene import Scene
-from .wall import Wall
 
 INTERVAL = 0.01
 """Between two looks [s]; a collision lasts longer."""

@@ -11,12 +11,12 @@ import mujoco
 import numpy as np
 
 from ..config import Scenario
+from ..planning.layout import TABLE_HALF_SIZE, WALL_DISTANCE, Layout
 from ..robots import path
 from .contact import PairParameters, Rule, add_pair, combine, pair_parameters
 from .hand import Hand
-from .layout import TABLE_HALF_SIZE, WALL_DISTANCE, Layout
-from .object_kind import OBJECT_BIT
 from .object_mix import Objects
+from .object_model import OBJECT_BIT
 from .surface import SUPPORT, Surface
 
 WOOD = (0.72, 0.60, 0.46, 1.0)

@@ -50,7 +50,7 @@ class StartPosture:
         """
         return self._solve(pose, ([start] if start is not None else []) + self._postures)
 
-    def follow(self, pose: Pose, start: Array) -> Array:
+    def solve_near(self, pose: Pose, start: Array) -> Array:
         """Return joint angles (nv,) [rad] for `pose` that lie next to `start`: where a straight way from there ends.
 
         Raises:

@@ -13,7 +13,7 @@ import numpy as np
 from ..exceptions import SimulationError
 from ..types import Array
 
-DEEPEST = 0.012
+MAX_PENETRATION = 0.012
 """Penetration at which a contact is no contact any more [m]. The hardest that happens: two limes of a bag, let go
 over the order's crate: they meet at 3.1 m/s as the lower one comes back from its floor, and overlap by 10 mm."""
 INTERVAL = 0.01
@@ -32,8 +32,8 @@ class Watchdog:
         """Judge the state; note it every 10 ms.
 
         Raises:
-            SimulationError: for a state that is not finite, or a contact deeper than `DEEPEST`; the sentence names the
-                file with the last states.
+            SimulationError: for a state that is not finite, or a contact deeper than `MAX_PENETRATION`; the sentence
+                names the file with the last states.
         """
         v, command, time = data.qvel, data.ctrl, data.time
         # MuJoCo would replace a command that is not finite by zero and go on.
@@ -47,7 +47,7 @@ class Watchdog:
             self._stop(data, "the state is not finite; lower sim.timestep")
         if data.ncon:
             deepest = -float(data.contact.dist[: data.ncon].min())
-            if deepest > DEEPEST:
+            if deepest > MAX_PENETRATION:
                 pair = data.contact.geom[int(data.contact.dist[: data.ncon].argmin())]
                 names = " and ".join(data.model.geom(int(geom)).name or f"geom {geom}" for geom in pair)
                 self._stop(data, f"{names} overlap by {1000 * deepest:.1f} mm; lower strategy.speed or sim.timestep")

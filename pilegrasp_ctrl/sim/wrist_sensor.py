@@ -7,7 +7,7 @@ import math
 import mujoco
 import numpy as np
 
-from ..config_sections import SensorConfig
+from ..sections import SensorConfig
 from ..types import Array, MassProperties
 from .sensor_calibration import CALIBRATIONS
 

@@ -6,10 +6,10 @@ from math import hypot
 
 from numpy.typing import ArrayLike
 
-from ..arm_state import ArmState
-from ..control.gains import MotionGains
+from ..arm.state import ArmState
 from ..types import Array, Reference
 from .frame_task import FrameTask
+from .gains import MotionGains
 from .singular_directions import SingularDirections
 
 _APPROACH_SPEED = 1.0

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ..arm_state import ArmState
+from ..arm.state import ArmState
 from ..types import Array, Reference
 from .objective import Objective
 

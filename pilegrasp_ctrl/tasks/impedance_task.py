@@ -6,11 +6,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ..arm_state import ArmState
-from ..control.gains import Impedance
-from ..control.linear_algebra import inverse_square_root, solve_positive_definite
+from ..arm.state import ArmState
+from ..qp.linear_algebra import inverse_square_root, solve_positive_definite
 from ..types import Array, Reference
 from .frame_task import FrameTask
+from .gains import Impedance
 
 _SLOWEST_MODE = 1e-3
 

@@ -8,7 +8,7 @@ import numpy as np
 from eigenpy import LLT, ComputationInfo, SelfAdjointEigenSolver  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike
 
-from ..arm_state import ArmState
+from ..arm.state import ArmState
 from ..types import Array
 
 _REGULAR = ComputationInfo.Success

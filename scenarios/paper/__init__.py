@@ -4,7 +4,7 @@ from importlib import import_module
 from pathlib import Path
 
 from pilegrasp_ctrl.exceptions import ConfigurationError
-from pilegrasp_ctrl.experiments.paper.experiment import Experiment
+from pilegrasp_ctrl.scenarios.paper.experiment import Experiment
 
 NAMES = ("fig06", "fig07", "fig08", "fig09", "fig10", "fig11", "velocity_force", "motion_pattern", "table1")
 

@@ -4,7 +4,7 @@ from functools import cache
 from typing import Any
 
 from pilegrasp_ctrl.config import load_scenario
-from pilegrasp_ctrl.experiments.study.condition import Condition
+from pilegrasp_ctrl.study.condition import Condition
 
 HAND, SHOVEL = "rbo_hand2", "shovel"
 SUPPORTS = ("none", "wall", "corner")

@@ -4,12 +4,12 @@ from itertools import product
 
 from matplotlib.figure import Figure
 
-from pilegrasp_ctrl.experiments.paper.charts import categories, legend_above, panels, rate_axis, rates
-from pilegrasp_ctrl.experiments.paper.evidence import Evidence
-from pilegrasp_ctrl.experiments.paper.experiment import ROBOT, Experiment, Row
-from pilegrasp_ctrl.experiments.paper.palette import Palette
-from pilegrasp_ctrl.experiments.study.condition import Condition
+from pilegrasp_ctrl.scenarios.paper.charts import categories, legend_above, panels, rate_axis, rates
 from pilegrasp_ctrl.scenarios.paper.conditions import BEST, grasp
+from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
+from pilegrasp_ctrl.scenarios.paper.experiment import ROBOT, Experiment, Row
+from pilegrasp_ctrl.scenarios.paper.palette import Palette
+from pilegrasp_ctrl.study.condition import Condition
 
 CASES = tuple(product(BEST, ("wall", "corner")))
 WORDS = {"light_sphere": "light\nspheres", "heavy_sphere": "heavy\nspheres", "cylinder": "cylinders"}

@@ -4,12 +4,12 @@ from itertools import product
 
 from matplotlib.figure import Figure
 
-from pilegrasp_ctrl.experiments.paper.charts import categories, panels, rate_axis, violins
-from pilegrasp_ctrl.experiments.paper.evidence import Evidence
-from pilegrasp_ctrl.experiments.paper.experiment import ROBOT, SIMULATED, Experiment, Row
-from pilegrasp_ctrl.experiments.paper.palette import Palette
-from pilegrasp_ctrl.experiments.study.condition import Condition
+from pilegrasp_ctrl.scenarios.paper.charts import categories, panels, rate_axis, violins
 from pilegrasp_ctrl.scenarios.paper.conditions import HAND, SHOVEL, grasp
+from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
+from pilegrasp_ctrl.scenarios.paper.experiment import ROBOT, SIMULATED, Experiment, Row
+from pilegrasp_ctrl.scenarios.paper.palette import Palette
+from pilegrasp_ctrl.study.condition import Condition
 
 ANGLES = ((0.0, 0.0), (30.0, -10.0), (30.0, 20.0), (45.0, -20.0))
 COUNTS = (14, 15, 18, 20)

@@ -2,12 +2,12 @@
 
 from matplotlib.figure import Figure
 
-from pilegrasp_ctrl.experiments.paper.charts import categories, legend_above, panels, rate_axis, rates, stated
-from pilegrasp_ctrl.experiments.paper.evidence import Evidence
-from pilegrasp_ctrl.experiments.paper.experiment import ROBOT, SIMULATED, Experiment, Row
-from pilegrasp_ctrl.experiments.paper.palette import Palette
-from pilegrasp_ctrl.experiments.study.condition import Condition
+from pilegrasp_ctrl.scenarios.paper.charts import categories, legend_above, panels, rate_axis, rates, stated
 from pilegrasp_ctrl.scenarios.paper.conditions import HAND, SHOVEL, grasp
+from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
+from pilegrasp_ctrl.scenarios.paper.experiment import ROBOT, SIMULATED, Experiment, Row
+from pilegrasp_ctrl.scenarios.paper.palette import Palette
+from pilegrasp_ctrl.study.condition import Condition
 
 KINDS = {"light_sphere": "light spheres", "heavy_sphere": "heavy spheres", "cylinder": "cylinders", "cube": "cubes"}
 

@@ -2,11 +2,11 @@
 
 from matplotlib.figure import Figure
 
-from pilegrasp_ctrl.experiments.paper.charts import panels, rate_axis, rates
-from pilegrasp_ctrl.experiments.paper.evidence import Evidence
-from pilegrasp_ctrl.experiments.paper.experiment import SIMULATED, Experiment, Row
-from pilegrasp_ctrl.experiments.paper.palette import Palette
+from pilegrasp_ctrl.scenarios.paper.charts import panels, rate_axis, rates
 from pilegrasp_ctrl.scenarios.paper.conditions import sized
+from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
+from pilegrasp_ctrl.scenarios.paper.experiment import SIMULATED, Experiment, Row
+from pilegrasp_ctrl.scenarios.paper.palette import Palette
 
 RATIOS = (0.3, 0.45, 0.6, 0.75, 0.9, 1.1, 1.3, 1.5)
 

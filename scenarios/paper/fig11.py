@@ -4,11 +4,11 @@ from itertools import product
 
 from matplotlib.figure import Figure
 
-from pilegrasp_ctrl.experiments.paper.charts import legend_above, panels, rate_axis, rates
-from pilegrasp_ctrl.experiments.paper.evidence import Evidence
-from pilegrasp_ctrl.experiments.paper.experiment import ROBOT, SIMULATED, Experiment, Row
-from pilegrasp_ctrl.experiments.paper.palette import Palette
+from pilegrasp_ctrl.scenarios.paper.charts import legend_above, panels, rate_axis, rates
 from pilegrasp_ctrl.scenarios.paper.conditions import SHOVEL, SUPPORTS, spheres
+from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
+from pilegrasp_ctrl.scenarios.paper.experiment import ROBOT, SIMULATED, Experiment, Row
+from pilegrasp_ctrl.scenarios.paper.palette import Palette
 
 MASSES = (0.03, 0.06, 0.12, 0.18, 0.36, 0.72)
 ROBOT_MASSES = (0.06, 0.18)

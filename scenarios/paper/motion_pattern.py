@@ -2,11 +2,11 @@
 
 from matplotlib.figure import Figure
 
-from pilegrasp_ctrl.experiments.paper.charts import categories, legend_above, panels
-from pilegrasp_ctrl.experiments.paper.evidence import Evidence
-from pilegrasp_ctrl.experiments.paper.experiment import ROBOT, Experiment, Row
-from pilegrasp_ctrl.experiments.paper.palette import Palette
+from pilegrasp_ctrl.scenarios.paper.charts import categories, legend_above, panels
 from pilegrasp_ctrl.scenarios.paper.conditions import SUPPORTS, grasp
+from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
+from pilegrasp_ctrl.scenarios.paper.experiment import ROBOT, Experiment, Row
+from pilegrasp_ctrl.scenarios.paper.palette import Palette
 
 PUSHED = {support: grasp("light_sphere", support) for support in SUPPORTS}
 

@@ -5,12 +5,12 @@ from functools import cache
 from matplotlib.figure import Figure
 
 from pilegrasp_ctrl.config import load_scenario
-from pilegrasp_ctrl.experiments.paper.charts import categories, legend_above, panels
-from pilegrasp_ctrl.experiments.paper.evidence import Evidence
-from pilegrasp_ctrl.experiments.paper.experiment import ROBOT, Experiment, Row
-from pilegrasp_ctrl.experiments.paper.palette import Palette
-from pilegrasp_ctrl.experiments.paper.sample import Sample
-from pilegrasp_ctrl.experiments.study.condition import Condition
+from pilegrasp_ctrl.scenarios.paper.charts import categories, legend_above, panels
+from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
+from pilegrasp_ctrl.scenarios.paper.experiment import ROBOT, Experiment, Row
+from pilegrasp_ctrl.scenarios.paper.palette import Palette
+from pilegrasp_ctrl.scenarios.paper.sample import Sample
+from pilegrasp_ctrl.study.condition import Condition
 
 KINDS = {
     "light_sphere": "light spheres",

@@ -1,0 +1,101 @@
+"""Quadratic programs of control periods that were recorded, with their exact optima."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.qp.program import QuadraticProgram
+from pilegrasp_ctrl.types import Array
+
+JOINTS = 7
+
+_UPPER = np.triu_indices(JOINTS)
+_LAYOUT = np.dtype(
+    [
+        ("arm", "S8"),
+        ("kind", "S12"),
+        ("feasible", "?"),
+        # The upper triangle, row by row.
+        ("H", "<f8", (len(_UPPER[0]),)),
+        ("f", "<f8", (JOINTS,)),
+        ("G", "<f8", (JOINTS, JOINTS)),
+        ("lower", "<f8", (2 * JOINTS,)),
+        ("upper", "<f8", (2 * JOINTS,)),
+        ("x", "<f8", (JOINTS,)),
+        ("excess", "<f8", (JOINTS,)),
+        ("multipliers", "<f8", (2 * JOINTS,)),
+        ("certificate", "<f8", (JOINTS,)),
+    ]
+)
+
+
+class RecordedProgram(NamedTuple):
+    """A program of an arm with seven joints, and what is known about it for certain.
+
+    Attributes:
+        arm: its name.
+        kind: what the loop was doing, such as "nominal" or "infeasible".
+        feasible: whether some x is within all bounds.
+        problem: the program.
+        x: (n,) its optimum or, where it is infeasible, that of `problem.softened()` [rad/s²].
+        excess: (n,) by how much x leaves its own bounds there; zero for a feasible program [rad/s²].
+        multipliers: (2 n,) of the bounds on x, then on G x: `H x + f = multipliers of x + Gᵀ multipliers of G x`,
+            positive where a lower bound is active, negative where an upper one is.
+        certificate: (n,) y that proves an infeasible program to be so: `yᵀ G x` is larger for every G x within its
+            bounds than for any x within its own. Zero for a feasible program.
+    """
+
+    arm: str
+    kind: str
+    feasible: bool
+    problem: QuadraticProgram
+    x: Array
+    excess: Array
+    multipliers: Array
+    certificate: Array
+
+
+def load_programs(path: Path) -> tuple[RecordedProgram, ...]:
+    """Read a file that `save_programs` wrote.
+
+    Raises:
+        ConfigurationError: where it cannot be read or is something else.
+    """
+    try:
+        rows = np.load(path, allow_pickle=False)
+    except OSError as error:
+        raise ConfigurationError(
+            f"{path}: cannot be read: {error.strerror}; recorded programs come with the source, not with the package"
+        ) from None
+    except ValueError:
+        rows = None
+    if not isinstance(rows, np.ndarray) or rows.dtype != _LAYOUT:
+        raise ConfigurationError(
+            f"{path}: holds no recorded programs; `python tests/helpers/qp_programs.py record` writes them"
+        )
+    return tuple(_program(row) for row in rows)
+
+
+def save_programs(path: Path, programs: Iterable[RecordedProgram]) -> None:
+    """Write programs to one `.npy` file of records, every number as it is."""
+    np.save(path, np.array([_row(program) for program in programs], dtype=_LAYOUT), allow_pickle=False)
+
+
+def _row(program: RecordedProgram) -> tuple[object, ...]:
+    H, *others = program.problem
+    head = (program.arm.encode(), program.kind.encode(), program.feasible)
+    return (*head, H[_UPPER], *others, program.x, program.excess, program.multipliers, program.certificate)
+
+
+def _program(row: np.void) -> RecordedProgram:
+    H = np.zeros((JOINTS, JOINTS))
+    H[_UPPER] = row["H"]
+    H.T[_UPPER] = row["H"]
+    f, G, lower, upper, *known = (row[name].copy() for name in _LAYOUT.names[4:])  # type: ignore[index]
+    problem = QuadraticProgram(H, f, G, lower, upper)
+    return RecordedProgram(row["arm"].decode(), row["kind"].decode(), bool(row["feasible"]), problem, *known)

@@ -1,0 +1,39 @@
+"""The pictures of docs/viewer.md: `python docs/studies/screenshots.py STUDY FOLDER`, after `pilegrasp report STUDY`."""
+
+import base64
+from pathlib import Path
+
+from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.viewer import chromium, index_rows, write_html
+from script import run_script
+
+AT = "(() => { const p = pilegrasp.panels[0].data.phases[1]; pilegrasp.pause(); pilegrasp.seek(%s); })()"
+PUSHING, GRASPING = AT % "0.2 * p.start + 0.8 * p.end", AT % "p.end + 0.9"
+ONLY = "overlays.querySelectorAll('input').forEach(b => %s.includes(b.dataset.overlay) === b.checked || b.click())"
+
+
+def main(study: Path, folder: Path) -> None:
+    """Show the study's first success and first failure, and write the pictures into FOLDER."""
+    rows, pair = reversed(index_rows.read_attempts(study)), study / "pair.html"
+    files = {row.success: (study / index_rows.RECORDINGS / row.stem).with_suffix(".npz") for row in rows}
+    write_html(Recording.load(files[True]), pair, Recording.load(files[False]))
+    with chromium.Chromium(chromium.require_chromium()) as browser:
+        for name, file, width, height, dark, scripts in (
+            ("attempt", page := files[True].with_suffix(".html"), 1280, 900, False, [PUSHING]),
+            ("motion", page, 1280, 900, False, [ONLY % ["field", "trails"], PUSHING, "above.click()"]),
+            ("contacts", page, 1280, 900, True, [ONLY % ["contacts", "separated"], GRASPING]),
+            ("phone", page, 400, 850, True, [GRASPING]),
+            ("pair", pair, 1280, 800, False, [PUSHING]),
+            ("study", study / "index.html", 1280, 620, False, []),
+        ):
+            browser.open(file, width, height)
+            browser.resize(width, height, dark)
+            for script in ["window.pilegrasp?.ready.then(() => 0)", *scripts]:
+                browser.evaluate(script)
+            browser.wait_for_picture()
+            picture = browser.call("Page.captureScreenshot", format="jpeg", quality=70)["data"]
+            (folder / f"{name}.jpg").write_bytes(base64.b64decode(picture))
+
+
+if __name__ == "__main__":
+    run_script(main)

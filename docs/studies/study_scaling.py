@@ -1,0 +1,161 @@
+"""What an attempt costs a worker, what it costs the parent, and how many workers one parent can feed.
+
+`python docs/studies/study_scaling.py [NAME [KEY=VALUE]...]` measures and prints both.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from pilegrasp_ctrl.config import Scenario, load_scenario, parse_overrides
+from pilegrasp_ctrl.study.attempt import AttemptReport, WorkItem, run_work_item
+from pilegrasp_ctrl.study.condition import Condition
+from pilegrasp_ctrl.study.dispatch import Pool, dispatch
+from pilegrasp_ctrl.study.origins import origins_of
+from pilegrasp_ctrl.study.store import StudyStore
+from pilegrasp_ctrl.study.worker_pool import WorkerPool
+
+JOBS = (1, 2)
+WORKERS = (1, 2, 10, 100, 1000)
+ATTEMPTS = 8
+"""For each worker, after one that warms it up and is not counted."""
+EMPTY = 500
+"""Tasks without an attempt, by which the parent's own work is measured."""
+RESULT_BYTES = 900
+"""Length of the result of a grasp as JSON."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What was measured with some workers.
+
+    Attributes:
+        workers: how many.
+        attempts: how many were counted.
+        wall: time from the first to the last of them [s].
+        worker: processor time of an attempt [s].
+        parent: processor time of the parent for each of them [s].
+    """
+
+    workers: int
+    attempts: int
+    wall: float
+    worker: float
+    parent: float
+
+    @property
+    def per_minute(self) -> float:
+        """Attempts a minute."""
+        return 60.0 * self.attempts / self.wall
+
+
+def empty(task: WorkItem) -> AttemptReport:
+    """Answer at once, with as much text as an attempt."""
+    result = json.dumps({"success": True, "grasped": 1, "outcomes": [], "filling": "x" * RESULT_BYTES})
+    return AttemptReport(task.config_hash, task.seed, result, None, True)
+
+
+def measure(
+    pool: AbstractContextManager[Pool], workers: int, function: Any, scenario: Scenario, each: int, warm: int = 1
+) -> Cost:
+    """Carry out `each` attempts a worker and write them down, as a study does.
+
+    `warm` more a worker come before them and do not count: a worker imports the engines with its first.
+    """
+    condition = Condition(scenario, {})
+    origins = origins_of([scenario])
+    order = partial(WorkItem, scenario, condition.config_hash, record="no", measure=None, origins=origins)
+    with tempfile.TemporaryDirectory() as folder, StudyStore(folder, create=True) as store, pool as entered:
+        store.adopt([condition], origins)
+        seeds = range(workers * (each + warm))
+
+        def run_these(seeds: Sequence[int]) -> list[AttemptReport]:
+            reports: list[AttemptReport] = []
+            for batch in dispatch(entered, function, [order(seed) for seed in seeds], _no_report):
+                found = [report for _, report in batch]
+                store.add([(condition, report) for report in found])
+                reports += found
+            return reports
+
+        run_these(seeds[: workers * warm])
+        wall, parent = time.perf_counter(), time.process_time()
+        reports = run_these(seeds[workers * warm :])
+        wall, parent = time.perf_counter() - wall, time.process_time() - parent
+    worker = sum(report.processor_time for report in reports) / len(reports)
+    return Cost(workers, len(reports), wall, worker, parent / len(reports))
+
+
+def projected(workers: int, attempt: float, parent: float) -> float:
+    """Return attempts a minute: as many as the workers manage, or as the parent writes down, whichever are fewer.
+
+    Args:
+        workers: each on a core of its own.
+        attempt: time of an attempt on such a core [s].
+        parent: time that the parent needs for each [s].
+    """
+    return 60.0 * min(workers / attempt, 1.0 / parent)
+
+
+def _no_report(task: WorkItem, deaths: int) -> AttemptReport:
+    raise RuntimeError(f"a worker died {deaths} times")
+
+
+def _cluster(workers: int) -> tuple[Any, AbstractContextManager[Pool]]:
+    from distributed import LocalCluster
+
+    from pilegrasp_ctrl.study.cluster_pool import ClusterPool
+
+    cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None)
+    return cluster, ClusterPool(cluster.scheduler_address)
+
+
+def _print(label: str, cost: Cost) -> None:
+    print(
+        f"| {label} | {cost.workers} | {cost.attempts} | {cost.per_minute:.1f} | {cost.worker:.2f} | "
+        f"{1000 * cost.parent:.1f} | {1000 * cost.wall / cost.attempts:.1f} |",
+        flush=True,
+    )
+
+
+def main() -> None:
+    """Measure and print."""
+    name, *overrides = sys.argv[1:] or ["free_space_line"]
+    scenario = load_scenario(name, parse_overrides(overrides))
+    print("| | workers | attempts | a minute | worker [s] | parent [ms] | wall time / attempts [ms] |")
+    print("|---|---|---|---|---|---|---|")
+    attempt = 0.0
+    for jobs in JOBS:
+        cost = measure(WorkerPool(jobs), jobs, run_work_item, scenario, ATTEMPTS)
+        attempt = attempt or cost.worker
+        _print(" ".join([name, *overrides]), cost)
+    bare = measure(WorkerPool(2), 2, empty, scenario, EMPTY)
+    _print("no attempt", bare)
+    parents = {"processes": bare}
+    try:
+        cluster, pool = _cluster(2)
+    except ImportError:
+        print("distributed is not installed, so nothing is said of a cluster", file=sys.stderr)
+    else:
+        with cluster:
+            parents["cluster"] = measure(pool, 2, empty, scenario, EMPTY)
+        _print("no attempt, cluster", parents["cluster"])
+    # The parent's processor time is what a core of its own would leave; the wall time holds its waits for the disk and
+    # for the other processes of this machine as well.
+    columns = [f"{kind}, {limit}" for kind in parents for limit in ("parent's own core", "as measured")]
+    print(f"\n| attempts a minute | {' | '.join(columns)} |\n|---|{'---|' * len(columns)}")
+    for workers in WORKERS:
+        limits = [limit for cost in parents.values() for limit in (cost.parent, cost.wall / cost.attempts)]
+        cells = [f"{projected(workers, attempt, limit):.0f}" for limit in limits]
+        print(f"| {workers} workers | {' | '.join(cells)} |")
+
+
+if __name__ == "__main__":
+    main()

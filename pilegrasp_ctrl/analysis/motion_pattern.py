@@ -1,0 +1,109 @@
+"""The motion pattern of a condition: many attempts in one field and one row of numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..recording import Recording
+from .motion import measure
+from .motion_field import MotionField
+from .push_motion import PushMotion
+
+SPEEDS = ("approach_speed", "spread_speed", "spread_forward", "spread_sideways", "funnel_width")
+"""Measures with a mean and a deviation."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionPattern:
+    """What the attempts at one condition have in common.
+
+    Attributes:
+        name: of the condition.
+        measures: one for each attempt.
+        field: the sum of their fields; None where no pile was pushed.
+        example: the first attempt in which one was, to draw hand and walls from.
+    """
+
+    name: str
+    measures: tuple[dict[str, Any], ...]
+    field: MotionField | None
+    example: Recording | None
+
+    @classmethod
+    def of(cls, name: str, recordings: Iterable[Recording]) -> MotionPattern:
+        """Measure attempts, one after the other; only one recording is kept."""
+        measures, field, example = [], None, None
+        for recording in recordings:
+            measures.append(measure(recording))
+            push = PushMotion.of(recording)
+            if push is not None:
+                own = MotionField.of(push)
+                field = own if field is None else field + own
+                example = example or recording
+        return cls(name, tuple(measures), field, example)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the condition as one JSON row."""
+        return {"condition": self.name} | summary(self.measures)
+
+
+def summary(measures: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return counts, and means with standard deviations over attempts, of the measures of one condition.
+
+    Keys are `attempts`, `triggered`, `separated`, `stabilised`, `held` and `agreed` (numbers of attempts), and for each
+    name in `SPEEDS` a dictionary of `mean`, `std` and `n`. Where contacts were recorded, `chain_objects` and
+    `chain_to_support` are summed up in the same way.
+    """
+    chains = [row["force_chains"] for row in measures if "force_chains" in row]
+    separated = [row["separated"] for row in measures if row["separated"]]
+    return {
+        "attempts": len(measures),
+        "triggered": sum(row["triggered"] for row in measures),
+        "separated": len(separated),
+        "stabilised": sum(row["stabilised"] is not None for row in separated),
+        "held": sum(bool(row["held"]) for row in measures),
+        "agreed": sum(bool(row["agreed"]) for row in measures),
+    } | {
+        **{name: _spread(values(measures, name)) for name in SPEEDS},
+        **{f"chain_{name}": _spread(values(chains, name)) for name in ("objects", "to_support") if chains},
+    }
+
+
+def values(measures: Sequence[Mapping[str, Any]], name: str) -> list[float]:
+    """Return a measure of the attempts in which it exists."""
+    return [row[name] for row in measures if row[name] is not None]
+
+
+def markdown(patterns: Sequence[MotionPattern]) -> str:
+    """Return a Markdown table, a condition a column; speeds in mm/s, widths in mm, mean ± standard deviation."""
+    rows = [pattern.summary() for pattern in patterns]
+    lines = [["", *(row["condition"] for row in rows)], ["---"] * (len(rows) + 1)]
+    for name in ("attempts", "triggered", "separated", "stabilised", "held", "agreed"):
+        lines.append([name, *(str(row[name]) for row in rows)])
+    for name in SPEEDS:
+        unit = "mm" if name.endswith("width") else "mm/s"
+        lines.append([f"{name.replace('_', ' ')} [{unit}]", *(_cell(row[name], 1e3, 0) for row in rows)])
+    if all("chain_objects" in row for row in rows):
+        lines.append(["objects in force chains", *(_cell(row["chain_objects"], 1.0, 1) for row in rows)])
+        lines.append(["chains at a wall [% of the time]", *(_cell(row["chain_to_support"], 1e2, 0) for row in rows)])
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _spread(numbers: list[float]) -> dict[str, Any]:
+    n = len(numbers)
+    return {
+        "mean": float(np.mean(numbers)) if n else None,
+        "std": float(np.std(numbers, ddof=1)) if n > 1 else None,
+        "n": n,
+    }
+
+
+def _cell(entry: Mapping[str, Any], factor: float, digits: int) -> str:
+    if entry["mean"] is None:
+        return "none"
+    deviation = "" if entry["std"] is None else f" ± {factor * entry['std']:.{digits}f}"
+    return f"{factor * entry['mean']:.{digits}f}{deviation}"

@@ -1,0 +1,183 @@
+"""Inverse dynamics for a hand that is touched: forces stay where they act, and limits heed what the arm feels."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+from eigenpy import LLT  # type: ignore[import-untyped]
+
+from ..arm.model import ArmModel
+from ..arm.state import ArmState
+from ..qp.program import QuadraticProgram
+from ..tasks.frame_task import FrameTask
+from ..tasks.posture_task import PostureTask
+from ..types import Array, Command, ControllerOutput
+from .inverse_dynamics import LIMITS, InverseDynamics
+
+_ROOM = 200.0
+"""So close to a bound the program decides, which heeds what friction may do to a light joint [rad/s²]."""
+_FRICTION_SCALE = 0.05
+"""Joint speed at which three quarters of the Coulomb friction are expected [rad/s]."""
+_TOOL_FIRST = 100.0
+"""How much dearer the tool's part of a deviation is than that of the freedom it leaves. An elbow at its limit is made
+good for by the other joints; a saturated wrist, which is a thousandth of a shoulder's inertia, is not."""
+
+
+class _Period(NamedTuple):
+    """What was commanded one period ago."""
+
+    time: float
+    state: ArmState
+    acceleration: Array
+    friction: Array | None
+
+
+class InertiaWeightedDynamics(InverseDynamics):
+    """The limits of `InverseDynamics` under a cost that measures joints by their inertia.
+
+        minimise    (a - a*)ᵀ (M + c Jᵀ Lambda J) (a - a*),      a* = a_posture + M⁻¹ Jᵀ W^½ F,
+                    F = (W^½ Lambda⁻¹ W^½ + w)⁻¹ W^½ (wanted - Jdot_v - J a_posture)
+
+    a* is what the cost of `InverseDynamics` would give if it measured the posture's part by the inertia. As w goes to
+    zero its torque is Khatib's dynamically consistent `Jᵀ F + M a_posture + h` (IEEE J-RA 3(1), 1987): the force of a
+    spring comes as `Jᵀ` force, and a push at the tool and the springs' answer to it cancel in every joint, not at the
+    tool alone. Equal weights for all joints would answer a push that turns a light wrist with the heavy joints of the
+    shoulder. Beside the mobility Lambda⁻¹, w counts as that of 1 / w = 10 t: it changes a force by less than a
+    thousandth, and keeps the acceleration finite at a singular posture.
+
+    Where no limit binds, a* is the answer. Where one does, M alone would be Gauss's principle of least constraint: the
+    arm accelerates as if the limit belonged to its mechanics, and the tool gives way. c = 100 uses the freedom that the
+    tool leaves before that, but does not throw heavy joints about for a light one.
+
+    Bounds on the accelerations are meant for those that follow. A hand that presses on something is asked for
+    accelerations that never follow, so where a bound binds it gives way by what the environment took from the last
+    period's. For that the last period is remembered.
+    """
+
+    def __init__(
+        self,
+        arm: ArmModel,
+        task: FrameTask,
+        posture: PostureTask,
+        limits: Collection[str] = LIMITS,
+        solver: str = "daqp",
+        rate: float = 500.0,
+    ) -> None:
+        """Allocate the program; arguments and errors as of `InverseDynamics`."""
+        super().__init__(arm, task, posture, limits, solver, rate)
+        self._rate = rate
+        self._weighted = not (task.sqrt_weight == 1.0).all()
+        self._floor = posture.weight * np.eye(6)
+        self._slack = np.zeros((2, 2 * arm.nv))
+        self._above_lower, self._below_upper = self._slack
+        self._reserve = np.concatenate((np.full(arm.nv, _ROOM), np.zeros(arm.nv)))
+        # numpy multiplies by an array faster than by a number, which it has to wrap first.
+        self._pull_rate = np.full(arm.nv, posture.stiffness / posture.damping)
+        self._posture_damping = np.full(arm.nv, posture.damping)
+        self._last: _Period | None = None
+        self._of: ArmState | None = None
+
+    def mobility(self, state: ArmState) -> Array:
+        """Return (6, 6) Lambda⁻¹ = J M⁻¹ Jᵀ of a state [1/kg, 1/(kg m), 1/(kg m²)], which `assemble` needs too."""
+        self._of = state
+        self._compliance = LLT(state.M).solve(state.J.T)
+        self._mobility: Array = state.J.dot(self._compliance)
+        return self._mobility
+
+    def assemble(self, state: ArmState, wanted: Array, posture: Array | None = None) -> None:
+        """Write the cost and the bounds on a; arguments and errors as of `InverseDynamics.assemble`."""
+        super().assemble(state, wanted, posture)
+        mobility = self._mobility if self._of is state else self.mobility(state)
+        target = self._posture.target if posture is None else posture
+        # Toward the posture: the slow mode of spring and damper as a velocity, and both as an acceleration.
+        self._pull = None if target is None else self._pull_rate * (target - state.q)
+        a = -state.v if self._pull is None else self._pull - state.v
+        a *= self._posture_damping
+        if self._weighted:
+            root = self._task.sqrt_weight
+            mobility = root[:, None] * mobility * root
+        self._factor = LLT(mobility + self._floor)
+        missing = wanted - state.Jdot_v
+        missing -= state.J.dot(a)
+        a += self._compliance.dot(self._force(missing))
+        self._best, self._torque = a, state.M.dot(a)
+
+    def _force(self, missing: Array) -> Array:
+        """Return W^½ F (6,) for what the tool lacks (6,), of acceleration or of velocity."""
+        if not self._weighted:
+            force: Array = self._factor.solve(missing)
+            return force
+        root = self._task.sqrt_weight
+        return root * self._factor.solve(root * missing)
+
+    def joint_velocity(self, twist: Array) -> Array:
+        """Return (nv,) the joint velocity that a tool twist and the posture ask for [rad/s]; after `assemble`."""
+        if self._pull is None or self._of is None:
+            return self._compliance.dot(self._force(twist))
+        return self._pull + self._compliance.dot(self._force(twist - self._of.J.dot(self._pull)))
+
+    def solve(
+        self,
+        state: ArmState,
+        friction: Array | None = None,
+        cancelled: Array | None = None,
+        time: float | None = None,
+    ) -> ControllerOutput:
+        """Return the torques for what was assembled.
+
+        Args:
+            state: the state that was assembled.
+            friction: (nv,) against the friction that is expected [N·m].
+            cancelled: (nv,) against what the environment is known to do to the joints [N·m].
+            time: of the observation [s]; tells whether the last call was a period ago.
+        """
+        start = perf_counter()
+        offset = state.h if friction is None else state.h + friction
+        if cancelled is not None:
+            offset = offset + cancelled
+        if self._torque_limit is not None:
+            self._torque_limit.write(*self._torque_bounds, offset)
+        _, _, G, lower, upper = self._program
+        best, slack = self._best, self._slack
+        values = np.concatenate((best, G.dot(best)))
+        np.subtract(values, lower, self._above_lower)
+        np.subtract(upper, values, self._below_upper)
+        np.subtract(slack, self._reserve, slack)
+        # The index of the smallest costs a fifth of the smallest. It finds a NaN first, which fails the comparison.
+        if slack.item(slack.argmin()) > 0.0:
+            output = ControllerOutput(Command(self._torque + offset), best, (), perf_counter() - start)
+        else:
+            self._give_way(state, time)
+            H = self._metric(state)
+            self._program = QuadraticProgram(H, -H.dot(best), G, lower, upper)
+            output = super().solve(state, friction, cancelled)
+        self._last = None if time is None else _Period(time, state, output.acceleration, friction)
+        return output
+
+    def _metric(self, state: ArmState) -> Array:
+        """Return (nv, nv) M + c Jᵀ Lambda J, by which a deviation from a* is measured."""
+        J = self._task.sqrt_weight[:, None] * state.J if self._weighted else state.J
+        return state.M + _TOOL_FIRST * J.T.dot(self._factor.solve(J))
+
+    def _give_way(self, state: ArmState, time: float | None) -> None:
+        """Move the bounds outwards by what the environment took from the acceleration of the last period.
+
+        Never inwards: such a bound would answer an impact with all the torque there is.
+        """
+        last = self._last
+        if last is None or time is None or not 0.5 < (time - last.time) * self._rate < 1.5:
+            return
+        arm, v = self.arm, state.v
+        rest = -arm.friction_coulomb * np.tanh(v / _FRICTION_SCALE) - arm.friction_viscous * v
+        if last.friction is not None:
+            rest += last.friction
+        expected = last.acceleration + LLT(last.state.M).solve(rest)
+        taken = (v - last.state.v) * self._rate - expected
+        # What friction alone can have taken from a joint that it holds says nothing about the environment.
+        held = arm.friction_coulomb * np.linalg.inv(last.state.M).diagonal()
+        lower, upper = self._program.lower[: len(v)], self._program.upper[: len(v)]
+        lower -= np.maximum(taken - held, 0.0)
+        upper -= np.minimum(taken + held, 0.0)

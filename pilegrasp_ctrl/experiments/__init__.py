@@ -1,1 +1,0 @@
-"""Experiments without a physics engine: tracking, step and frequency responses of any arm."""

@@ -1,0 +1,34 @@
+"""What planning and primitives must know of a hand: how it slides, closes or scoops, and the room that it takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..types import Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HandUse:
+    """How a hand is used.
+
+    Attributes:
+        theta: Slope of fingers or scoop against the table [rad].
+        press_depth: Depth of the push's reference below touch-down [m].
+        normal_force: Desired force on the support [N].
+        preshape: Closure before the grasp.
+        closing_time: Time that the hand takes to close [s].
+        advance: Longest way that the reference goes on along the push while the hand closes [m].
+        scoop_angle: Angle by which the hand tilts back to grasp [rad]; zero for a hand that closes.
+        heel: Distance from the leading edge to the heel [m].
+        outline: (n, 4) balls that span sensor and hand at rest: middle in the tool frame and radius [m].
+    """
+
+    theta: float
+    press_depth: float
+    normal_force: float
+    preshape: float
+    closing_time: float
+    advance: float
+    scoop_angle: float
+    heel: float
+    outline: Array

@@ -1,0 +1,165 @@
+"""The line of a push: which point it goes through, how far the pile reaches along it, and its direction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..exceptions import UnreachablePoseError
+from ..sections import StrategyConfig
+from ..types import Array
+from .hand_use import HandUse
+from .layout import Layout
+from .object_choice import choose_object
+from .push_goal import PushGoal
+from .strategy import HAND_HALF_WIDTH, HAND_ROOM, pile_extent, tool_rotation, touch_point
+from .walls import Wall
+
+LEAST_CLEARANCE = 0.01
+"""Smallest clearance between fingertips and pile at touch-down [m]. The hand comes down nearer than
+`strategy.clearance` where a bin's near wall leaves no more room, but never nearer than this."""
+
+WALL_CLEARANCE = 0.02
+"""Clearance between the hand and a wall that it passes [m]; soft hand and arm give way sideways by less."""
+
+PARALLEL = 1e-6
+"""A wall runs along the push where its normal and the push have a smaller product."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PushLine:
+    """The line of a push.
+
+    Attributes:
+        point: (2,) point on the line, at the support or in the pile [m].
+        extent: Distance that the pile reaches from that point toward the hand [m].
+        yaw: Direction of alpha = 0 about z [rad].
+    """
+
+    point: Array
+    extent: float
+    yaw: float
+
+    def touch(self, strategy: StrategyConfig) -> Array:
+        """Return where the fingertips touch the table (2,) [m]."""
+        return touch_point(strategy, self.point, self.extent, self.yaw)
+
+
+def plan_push_line(
+    strategy: StrategyConfig,
+    hand: HandUse,
+    layout: Layout,
+    poses: Array,
+    radius: float,
+    *,
+    cylinders: bool = False,
+    goal: PushGoal | None = None,
+) -> PushLine:
+    """Return the line to the support behind the pile's middle, to a chosen object, or to a goal in a bin.
+
+    Args:
+        strategy: Angles, clearance, and what the hand aims at.
+        hand: The hand, whose outline must find room in a corner.
+        layout: Layout with the support's walls.
+        poses: (n, 7) object poses: position [m] and quaternion wxyz.
+        radius: Bounding radius of an object [m].
+        cylinders: Whether the objects have an axis, their own z, along which they roll differently.
+        goal: Push goal; None outside a bin.
+
+    Raises:
+        UnreachablePoseError: The pile in a bin leaves the wrist no room.
+    """
+    positions, yaw = poses[:, :2], goal.yaw if goal else 0.0
+    alpha = yaw + np.radians(strategy.alpha_deg)
+    direction = np.array([np.cos(alpha), np.sin(alpha)])
+    middle = _middle(positions, layout.frame_size) if len(positions) else layout.frame_center
+    if goal:
+        # The bin leaves the hand less room than an open table: the goal fixes the line, the pile its start.
+        anchor = goal.best_line(positions, HAND_HALF_WIDTH)[0].anchor
+        point = anchor + min((middle - anchor) @ direction, -radius) * direction
+    elif strategy.kind == "object":
+        axes = _axes(poses[:, 3:]) if cylinders else None
+        point = positions[choose_object(poses[:, :3], direction, radius, middle, axes)]
+    elif layout.support == "wall":
+        point = np.array([layout.support_distance - radius, middle[1]])
+    else:
+        point = between_walls(layout.walls, _turned(hand, strategy), direction, middle)
+    # In a bin the push cannot begin farther back.
+    room = radius if goal else HAND_ROOM
+    extent = pile_extent(positions, radius, point, direction, room) if len(positions) else 0.5 * layout.frame_size
+    if goal:
+        extent -= _moved_in(goal, touch_point(strategy, point, extent, yaw), strategy.clearance)
+    return PushLine(point, extent, yaw)
+
+
+def between_walls(walls: Sequence[Wall], outline: Array, direction: Array, point: Array) -> Array:
+    """Return `point` (2,) [m], moved sideways onto the line on which the hand gets farthest between two walls.
+
+    On that line both sides of the hand meet their walls at the same time. Beside a wall that runs along the push the
+    hand keeps `WALL_CLEARANCE`. A hand that sticks out to one side, for example by its thumb, gets its room there.
+    The point stays where it is if fewer than two walls lie ahead or alongside, because then no line is better.
+
+    Args:
+        walls: Walls of the support.
+        outline: (n, 4) balls that span the hand: middle as seen from the fingertips [m], with z up and the hand turned
+            as it pushes, and radius [m].
+        direction: (2,) unit vector of the push.
+        point: (2,) point that the push would otherwise run through [m].
+    """
+    left = np.array([-direction[1], direction[0]])
+    rows, room = [], []
+    for wall in walls:
+        normal = np.array([math.cos(wall.yaw), math.sin(wall.yaw)])
+        if normal @ direction > PARALLEL:
+            continue
+        face = wall.center[:2] + wall.half_size[0] * normal
+        low = outline[outline[:, 2] - outline[:, 3] < wall.center[2] + wall.half_size[2]]
+        beyond = float((low[:, :2] @ normal - low[:, 3]).min())
+        rows.append([left @ normal, direction @ normal])
+        room.append((point - face) @ normal + beyond - WALL_CLEARANCE)
+    if len(rows) != 2:
+        return point
+    aside, _ = np.linalg.solve(rows, -np.array(room))
+    return point + aside * left
+
+
+def _middle(positions: Array, size: float) -> Array:
+    """Return the centroid (2,) of the pile, without strays that lie `size` [m] or farther from the median.
+
+    The median itself would not do: of an odd number of balls in columns it lies on one of them, and the shovel's side
+    walls then meet the two beside it head-on.
+    """
+    off = np.linalg.norm(positions - np.median(positions, axis=0), axis=1)
+    near = off < size
+    # Of two objects far apart neither lies near the median; the pile is one of them then.
+    near[off.argmin()] = True
+    return positions[near].mean(axis=0)
+
+
+def _moved_in(goal: PushGoal, touch: Array, clearance: float) -> float:
+    """Return how much nearer to the pile than `touch` (2,) the hand must come down so that the wrist has room [m]."""
+    deficit = goal.reach_deficit(touch)
+    if deficit > max(0.0, clearance - LEAST_CLEARANCE):
+        raise UnreachablePoseError(
+            f"the pile before {goal.name} reaches so near to the arm that the wrist would hit the bin's near wall "
+            f"({1000 * deficit:.0f} mm of room are missing); lower pile.count"
+        )
+    return deficit
+
+
+def _turned(hand: HandUse, strategy: StrategyConfig) -> Array:
+    """Return the hand's outline (n, 4) as it pushes, seen from the fingertips in the axes of the world [m]."""
+    outline = hand.outline.copy()
+    yaw = np.radians(strategy.alpha_deg + strategy.beta_deg)
+    theta = hand.theta if strategy.theta_deg is None else np.radians(strategy.theta_deg)
+    outline[:, :3] = outline[:, :3] @ tool_rotation(yaw, theta).T
+    return outline
+
+
+def _axes(quaternions: Array) -> Array:
+    """Return the directions of the objects' own z axes (n, 3); quaternions (n, 4) are wxyz."""
+    w, x, y, z = quaternions.T
+    return np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)

@@ -1,0 +1,165 @@
+"""The plan of an attempt: from a push line and three angles to primitives (the paper, IV and Fig. 3)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..primitives.approach import Approach
+from ..primitives.grasp import Grasp
+from ..primitives.lift import Lift
+from ..primitives.move import Move
+from ..primitives.primitive import Primitive
+from ..primitives.push import Push
+from ..primitives.scoop import Scoop
+from ..sections import LineConfig, StrategyConfig
+from ..types import Array, Pose
+from .hand_use import HandUse
+
+START_HEIGHT = 0.22
+"""Height of the fingertips over the surface at the start of an attempt [m]."""
+
+START_BACK = 0.06
+"""Distance of the start behind the pre-grasp pose, against the push [m]."""
+
+PRE_GRASP_HEIGHT = 0.06
+"""Height of the fingertips over the surface where the hand begins to lower onto the table [m]."""
+
+HAND_HALF_WIDTH = 0.06
+"""Half the width in which objects are in the hand's way [m]: half of the RBO Hand 2's four fingers, rounded up."""
+
+HAND_ROOM = 0.12
+"""Width of a gap in the pile that the hand can come down in [m]: its fingers, and the first part of its way."""
+
+UP = np.array([0.0, 0.0, 1.0])
+
+LIFT_SPEED = 0.12
+"""Speed of the lift [m/s]."""
+
+LIFT_BACK = 0.06
+"""Distance by which the lift first leaves the support [m]; the authors' lift leaves it by 0.05 m.
+
+On a straight lift, an object that the fingers press to the wall rolls along it out of the hand, and in a bin the
+fingers wipe over the rim."""
+
+HOLD_TIME = 1.0
+"""Time for which the hand holds what it lifted before the attempt is judged [s]; the paper's hold."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """What an attempt does.
+
+    Attributes:
+        start: Pose of the tool at the start.
+        primitives: Primitives in their order.
+        waypoints: Poses on the way that must be within reach.
+        end: Farthest pose of the motion, which must be within reach as well.
+        closure: Closure of the hand at the start.
+        direction: (3,) unit vector of the push, along which the force is watched.
+    """
+
+    start: Pose
+    primitives: tuple[Primitive, ...]
+    waypoints: tuple[Pose, ...]
+    end: Pose
+    closure: float
+    direction: Array
+
+
+def tool_rotation(yaw: float, theta: float) -> Array:
+    """Return the tool's rotation: fingers along `yaw`, sloping down by `theta`; x along them, z out of the palm."""
+    cy, sy, ct, st = math.cos(yaw), math.sin(yaw), math.cos(theta), math.sin(theta)
+    return np.array([[cy * ct, -sy, cy * st], [sy * ct, cy, sy * st], [-st, 0.0, ct]])
+
+
+def pile_extent(positions: Array, radius: float, center: Array, direction: Array, room: float = HAND_ROOM) -> float:
+    """Return how far the pile reaches back from its centre against the push [m], strays left out.
+
+    Only objects in the hand's way count. Seen from the centre, the extent ends at the first gap in which the hand can
+    come down. In a narrower gap it would come down on the objects behind it.
+
+    Args:
+        positions: (n, 2) object centres [m].
+        radius: Object radius [m].
+        center: (2,) centre of the pile [m].
+        direction: (2,) unit vector of the push.
+        room: Width of such a gap [m].
+    """
+    offset = positions - center
+    lateral = np.abs(offset @ np.array([-direction[1], direction[0]]))
+    back = np.sort(-offset[lateral < HAND_HALF_WIDTH + radius] @ direction)
+    edge = 0.0
+    for distance in back[back > 0.0]:
+        if distance - edge > 2.0 * radius + room:
+            break
+        edge = float(distance)
+    return edge + radius
+
+
+def touch_point(config: StrategyConfig, center: Array, extent: float, yaw: float = 0.0) -> Array:
+    """Return where the fingertips touch the table (2,) [m]: `clearance` behind the pile's edge."""
+    alpha = yaw + math.radians(config.alpha_deg)
+    return center - (extent + config.clearance) * np.array([math.cos(alpha), math.sin(alpha)])
+
+
+def pile_strategy(
+    config: StrategyConfig,
+    hand: HandUse,
+    center: Array,
+    extent: float,
+    reach: float,
+    grasp: bool = True,
+    yaw: float = 0.0,
+    base_position: Array | None = None,
+) -> Plan:
+    """Return the plan of an attempt.
+
+    Args:
+        config: Angles, speed and thresholds.
+        hand: The hand and how it is used.
+        center: (2,) point that the hand aims at: the pile's centre, or one of its objects [m].
+        extent: Distance that the pile reaches from there toward the hand [m].
+        reach: Farthest fingertip distance from the arm's axis [m].
+        grasp: Whether grasp and lift follow the push.
+        yaw: Direction of alpha = 0 about z [rad].
+        base_position: (2,) position of the arm's base [m]; the origin if absent.
+    """
+    alpha = yaw + math.radians(config.alpha_deg)
+    theta = hand.theta if config.theta_deg is None else math.radians(config.theta_deg)
+    direction = np.array([math.cos(alpha), math.sin(alpha), 0.0])
+    rotation = tool_rotation(alpha + math.radians(config.beta_deg), theta)
+    touch = np.array([*touch_point(config, center, extent, yaw), 0.0])
+    pre_grasp = Pose(touch + PRE_GRASP_HEIGHT * UP, rotation)
+    start = Pose(touch - START_BACK * direction + START_HEIGHT * UP, rotation)
+    travel = _travel(touch[:2] - (0.0 if base_position is None else base_position), direction[:2], reach)
+    approach = Approach(
+        pre_grasp, PRE_GRASP_HEIGHT, config.approach_speed, config.touch_speed, config.touch_force, hand.preshape
+    )
+    push = Push(direction, config.speed, config.grasp_force, travel, hand.press_depth, hand.normal_force, hand.preshape)
+    primitives: tuple[Primitive, ...] = (approach, push)
+    if grasp:
+        closing = (
+            Scoop(hand.scoop_angle, hand.heel, theta)
+            if hand.scoop_angle > 0.0
+            else Grasp(hand.closing_time, direction, config.speed, config.grasp_force, hand.advance)
+        )
+        primitives += (closing, Lift(config.lift_height, LIFT_SPEED, HOLD_TIME, -LIFT_BACK * direction))
+    far = Pose(touch + travel * direction, rotation)
+    return Plan(start, primitives, (pre_grasp, Pose(touch, rotation)), far, hand.preshape, direction)
+
+
+def line_plan(config: LineConfig, hand: HandUse) -> Plan:
+    """Return the plan of a straight line in free space, the hand sloping as for a push along x."""
+    start = Pose(np.array(config.start), tool_rotation(0.0, hand.theta))
+    move = Move(np.array(config.displacement), config.speed, hand.preshape)
+    return Plan(start, (move,), (), start.moved(config.displacement), hand.preshape, np.array([1.0, 0.0, 0.0]))
+
+
+def _travel(start: Array, direction: Array, reach: float) -> float:
+    """Return the distance from `start` along `direction` to the circle of radius `reach` about the arm's axis."""
+    along = float(start @ direction)
+    inside = reach**2 - float(start @ start)
+    return -along + math.sqrt(max(along**2 + inside, 0.0))

@@ -1,0 +1,75 @@
+"""Walls of the scene, and the four walls of a crate. Pure geometry."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..types import Array
+
+BIN_INNER = (0.56, 0.38, 0.16)
+"""Inner length, width and height of the IFCO crate in the authors' laboratory (their vision's `ifco.yaml`) [m]."""
+BIN_THICKNESS = (0.0175, 0.0075)
+"""Of the short and the long walls [m]: half of what the outer 0.595 x 0.395 m of the laboratory's model leave."""
+
+ORDER_INNER = (0.38, 0.28, 0.16)
+"""The same of the crate that an order is collected in, half as large [m]."""
+ORDER_CENTER = np.array([0.60, 0.385])
+"""(2,) of its floor, on the left of the bin and within easy reach [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wall:
+    """A box that stands on the floor.
+
+    Attributes:
+        name: of its geom.
+        center: (3,) [m].
+        half_size: (3,) [m], the first along the inward normal.
+        yaw: angle of its inward normal about z [rad].
+        crate: what it is a side of, or "" where it stands alone and has no rim to be wary of.
+    """
+
+    name: str
+    center: Array
+    half_size: Array
+    yaw: float
+    crate: str = ""
+
+
+def inside(points: Array, center: Array, inner: tuple[float, float, float]) -> NDArray[np.bool_]:
+    """Return which points (n, 3) [m] lie in a crate, below its rim."""
+    length, width, height = inner
+    off = np.abs(points[:, :2] - center)
+    return (off[:, 0] < 0.5 * length) & (off[:, 1] < 0.5 * width) & (points[:, 2] < height)
+
+
+def crate_walls(name: str, center: Array, inner: tuple[float, float, float]) -> tuple[Wall, ...]:
+    """Return the four walls of a crate that stands along x and y.
+
+    Args:
+        name: how a collision calls it; the walls are `{name}_far`, `_near`, `_left` and `_right`, as the arm sees them.
+        center: (2,) of its floor [m].
+        inner: length along x, width along y and height [m].
+    """
+    length, width, height = inner
+    short, long = BIN_THICKNESS
+    sides = {
+        "far": (0.5 * (length + short), 0.0, math.pi, short, width + 2.0 * long),
+        "near": (-0.5 * (length + short), 0.0, 0.0, short, width + 2.0 * long),
+        "left": (0.0, 0.5 * (width + long), -0.5 * math.pi, long, length),
+        "right": (0.0, -0.5 * (width + long), 0.5 * math.pi, long, length),
+    }
+    return tuple(
+        Wall(
+            name=f"{name}_{side}",
+            center=np.array([center[0] + x, center[1] + y, 0.5 * height]),
+            half_size=0.5 * np.array([thickness, along, height]),
+            yaw=yaw,
+            crate=name,
+        )
+        for side, (x, y, yaw, thickness, along) in sides.items()
+    )

@@ -1,0 +1,95 @@
+"""A quadratic program in coordinates in which its cost is a sphere, and its optimum from a guess of the active set."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..types import Array
+from .program import QuadraticProgram
+from .working_set import WorkingSet
+
+_ROUND_OFF = 1e-11
+"""A bound is met that is exceeded by no more than this, relative to the largest entry of y."""
+
+_SMALL = 1e-9
+"""A multiplier this much smaller than the largest is that of a bound that is not active."""
+
+
+class LeastDistanceProgram(NamedTuple):
+    """The y nearest to `goal` with `lower <= rows y <= upper`, where x = L⁻ᵀ y and L Lᵀ = H.
+
+    Splitting and proximal methods converge slowly where the cost's curvature differs between directions, as here by the
+    ratio of tool to posture weight, and their answers are as inexact as their tolerances. Their multipliers tell,
+    though, which bounds are active, or nearly so. A dual active-set method goes on from there: it leaves the bounds
+    that pull, then adds the most exceeded one until none is left. The right guess needs no step at all, and the answer
+    is in closed form for the active set that is found, so that it does not depend on the guess.
+
+    Attributes:
+        goal: (n,) the minimum without bounds.
+        rows: (k, n) of unit length, one for each row of x and of G x that is bounded and not zero.
+        lower: (k,); -inf where there is none.
+        upper: (k,).
+        inverse: (n, n) L⁻¹.
+        place: (k,) of the rows among the n + m of the program.
+        length: (k,) of the rows before they were scaled.
+    """
+
+    goal: Array
+    rows: Array
+    lower: Array
+    upper: Array
+    inverse: Array
+    place: NDArray[np.intp]
+    length: Array
+
+    @classmethod
+    def of(cls, problem: QuadraticProgram) -> LeastDistanceProgram | None:
+        """Return the program in y; None where it is not finite, H not positive definite, or a row alone infeasible."""
+        H, f, G, lower, upper = problem
+        if not all(np.isfinite(array).all() for array in (H, f, G)) or not (lower <= upper).all():
+            return None
+        try:
+            inverse = np.linalg.inv(np.linalg.cholesky(H))
+        except np.linalg.LinAlgError:
+            return None
+        rows = np.vstack((inverse.T, G @ inverse.T))
+        length = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+        empty = length == 0.0
+        if (lower[empty] > 0.0).any() or (upper[empty] < 0.0).any():
+            return None
+        place = np.flatnonzero((np.isfinite(lower) | np.isfinite(upper)) & ~empty)
+        length = length[place]
+        scaled = rows[place] / length[:, None]
+        return cls(-inverse @ f, scaled, lower[place] / length, upper[place] / length, inverse, place, length)
+
+    def x(self, y: Array) -> Array:
+        """Return the program's own variables (n,) at y."""
+        return self.inverse.T @ y
+
+    def nearest(self, multipliers: Array) -> Array | None:
+        """Return the optimal y (n,), or None where no y is within the bounds.
+
+        Args:
+            multipliers: (k,) a guess; positive where a lower bound is thought to be active, negative where an upper is.
+        """
+        if not len(multipliers):
+            return self.goal
+        guess = np.where(np.abs(multipliers) > _SMALL * np.abs(multipliers).max(), np.sign(multipliers), 0.0)
+        active = WorkingSet(self.goal, self.rows, self.lower, self.upper, guess)
+        # The method needs no more steps than there are rows or so; round-off alone could make it need others.
+        for _ in range(10 * len(self.rows)):
+            values = self.rows @ active.y
+            excess = np.maximum(self.lower - values, values - self.upper)
+            excess[active.index] = 0.0
+            row = int(excess.argmax())
+            if excess[row] > _ROUND_OFF * (1.0 + np.abs(active.y).max()):
+                if not active.add(row, 1.0 if values[row] < self.lower[row] else -1.0, float(excess[row])):
+                    return None
+            elif active.settled:
+                return active.y
+            else:
+                active.settle()
+        return None

@@ -1,0 +1,85 @@
+"""OSQP: an operator-splitting method, in a workspace that is kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import osqp
+from scipy import sparse
+
+from ..types import Array
+from .least_distance import LeastDistanceProgram
+from .program import QuadraticProgram
+
+_INFINITY = 1e30
+_SETTINGS = {
+    "verbose": False,
+    "rho": 10.0,
+    # Enough to tell the active set, or nearly; at the cost's own scale, which is 1.
+    "eps_abs": 1e-5,
+    "eps_rel": 1e-5,
+    "max_iter": 100,
+    "check_termination": 10,
+    "scaling": 0,
+    # Its own polishing prints to standard output whenever no bound is active.
+    "polishing": False,
+}
+
+
+class OsqpSolver:
+    """Keeps one workspace for each size of program, and completes what the method found.
+
+    The method is that of Stellato et al., "OSQP: an operator splitting solver for quadratic programs", Mathematical
+    Programming Computation 12, 2020. It is given the program as a least distance, in which the cost is a sphere and
+    every row has unit length, scaled so that the distance is about 1. It need not converge, and where bounds are
+    softened it often does not: its multipliers tell which bounds are active, or nearly so, and
+    `LeastDistanceProgram.nearest` goes on from there to the exact optimum.
+
+    Attributes:
+        name: "osqp".
+    """
+
+    name = "osqp"
+
+    def __init__(self) -> None:
+        """Set up no workspace yet."""
+        self._workspaces: dict[tuple[int, ...], osqp.OSQP] = {}
+
+    def solve(self, problem: QuadraticProgram) -> Array | None:
+        """Return x (n,), or None where there is none."""
+        distance = LeastDistanceProgram.of(problem)
+        if distance is None:
+            return None
+        y = distance.nearest(self._multipliers(distance))
+        return None if y is None else distance.x(y)
+
+    def _multipliers(self, distance: LeastDistanceProgram) -> Array:
+        """Return OSQP's multipliers (k,) as far as it came."""
+        rows = distance.rows
+        if not len(rows):
+            return np.zeros(0)
+        unit = max(1.0, float(np.abs(distance.goal).max()))
+        data = {
+            "q": -distance.goal / unit,
+            "l": np.maximum(distance.lower / unit, -_INFINITY),
+            "u": np.minimum(distance.upper / unit, _INFINITY),
+        }
+        workspace = self._workspaces.get(rows.shape)
+        if workspace is None:
+            workspace = self._workspaces[rows.shape] = _workspace(rows, data)
+        else:
+            workspace.update(Ax=rows.T.ravel(), **data)
+        # Each program starts from the same point, so that an answer does not depend on those before it.
+        workspace.update_settings(rho=_SETTINGS["rho"])
+        workspace.warm_start(x=np.zeros(rows.shape[1]), y=np.zeros(len(rows)))
+        # They are negative at lower bounds.
+        return np.nan_to_num(-workspace.solve(raise_error=False).y)
+
+
+def _workspace(rows: Array, data: dict[str, Array]) -> osqp.OSQP:
+    """Return a workspace for dense `rows`: every entry is stored, so that later values need no new pattern."""
+    m, n = rows.shape
+    pattern = (rows.T.ravel(), np.tile(np.arange(m), n), m * np.arange(n + 1))
+    workspace = osqp.OSQP()
+    A = sparse.csc_matrix(pattern, shape=(m, n))
+    workspace.setup(P=sparse.eye(n, format="csc"), A=A, **data, **_SETTINGS)
+    return workspace

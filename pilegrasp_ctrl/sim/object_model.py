@@ -1,0 +1,168 @@
+"""One kind of object: what it weighs, how it turns and what it looks like to the contact solver."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import mujoco
+import numpy as np
+
+from .hull import Hull
+from .net import Net
+from .restitution import restitution_for_mass
+from .surface import Surface
+
+OBJECT_BIT = 2
+"""Contact affinity of the objects; the arm's links get it as a contact type, everything else has explicit pairs."""
+
+SMOOTH = Surface(lateral=0.25, spinning=0.001, rolling=0.001, restitution=0.72, rank=1)
+"""What an object's skin does unless its file says otherwise: 0.25 is the one coefficient of sliding that Cross (2002,
+Tables I-II) measured, of a ball on smooth wood; 0.001 m are the paper's numbers for the end-effector (V-A)."""
+
+Shape = Literal["sphere", "ellipsoid", "capsule", "cylinder", "box", "mesh"]
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectModel:
+    """One kind of object.
+
+    Attributes:
+        name: as in `pile.object`.
+        shape: sphere, ellipsoid, capsule, cylinder, box or mesh.
+        half_size: MuJoCo's half sizes [m]: radius; radii; radius and half length (without a capsule's caps); half
+            edges; a mesh's half widths.
+        mass: [kg].
+        inertia_factor: diagonal inertia over that of the solid body; a hollow ball has more.
+        surface: friction and restitution.
+        bounces_by_mass: whether the restitution follows from the mass, and so changes with it.
+        hull: of a mesh.
+        net: that ties each few of the objects together.
+    """
+
+    name: str
+    shape: Shape
+    half_size: tuple[float, ...]
+    mass: float
+    inertia_factor: float
+    surface: Surface
+    bounces_by_mass: bool = True
+    hull: Hull | None = None
+    net: Net | None = None
+
+    @property
+    def bounding_radius(self) -> float:
+        """Radius of the enclosing sphere about the centre of mass [m]."""
+        if self.hull is not None:
+            return self.hull.bounding_radius
+        if self.shape == "cylinder":
+            return float(np.hypot(self.half_size[0], self.half_size[1]))
+        if self.shape == "capsule":
+            return self.half_size[0] + self.half_size[1]
+        return float(np.linalg.norm(self.half_size) if self.shape == "box" else max(self.half_size))
+
+    @property
+    def diameter(self) -> float:
+        """Smallest width [m]."""
+        return 2.0 * (self.half_size[0] if self.shape == "capsule" else min(self.half_size))
+
+    @property
+    def flank_radius(self) -> float:
+        """Radius of the upright cylinder about the centre of mass that encloses the object as it is modelled [m]."""
+        if self.hull is not None:
+            return float(np.linalg.norm(np.array(self.hull.vertices)[:, :2], axis=1).max())
+        if self.shape == "box":
+            return float(np.hypot(self.half_size[0], self.half_size[1]))
+        return max(self.half_size[:2]) if self.shape == "ellipsoid" else self.half_size[0]
+
+    @property
+    def volume(self) -> float:
+        """Of the object as it is modelled [m³]."""
+        a, *rest = self.half_size
+        if self.hull is not None:
+            return self.hull.volume
+        if self.shape == "box":
+            return 8.0 * a * rest[0] * rest[1]
+        if self.shape == "cylinder":
+            return 2.0 * math.pi * a**2 * rest[0]
+        ball = 4.0 / 3.0 * math.pi
+        if self.shape == "capsule":
+            return ball * a**3 + 2.0 * math.pi * a**2 * rest[0]
+        return ball * a * rest[0] * rest[1] if self.shape == "ellipsoid" else ball * a**3
+
+    def share_out(self, count: int) -> list[ObjectModel]:
+        """Return the kind of each of `count` objects."""
+        return [self] * count
+
+    def solid_inertia(self) -> tuple[float, float, float]:
+        """Return the principal moments of the homogeneous solid [kg·m²]."""
+        m = self.mass
+        if self.hull is not None:
+            a, b, c = self.hull.moments
+            return m * a, m * b, m * c
+        if self.shape == "cylinder":
+            r, h = self.half_size[0], 2.0 * self.half_size[1]
+            across = m * (3.0 * r * r + h * h) / 12.0
+            return across, across, 0.5 * m * r * r
+        if self.shape == "capsule":
+            return _capsule_inertia(m, self.half_size[0], 2.0 * self.half_size[1])
+        factor = m / 3.0 if self.shape == "box" else m / 5.0
+        a, b, c = self.half_size if len(self.half_size) == 3 else (self.half_size[0],) * 3
+        return factor * (b * b + c * c), factor * (a * a + c * c), factor * (a * a + b * b)
+
+    def with_mass(self, mass: float) -> ObjectModel:
+        """Return the kind with another mass [kg], and the restitution that goes with it."""
+        restitution = restitution_for_mass(mass) if self.bounces_by_mass else self.surface.restitution
+        return replace(self, mass=mass, surface=replace(self.surface, restitution=restitution))
+
+    def with_friction(self, factor: float) -> ObjectModel:
+        """Return the kind with its friction multiplied: sliding, spinning and rolling."""
+        skin = self.surface
+        varied = {name: factor * getattr(skin, name) for name in ("lateral", "spinning", "rolling")}
+        return replace(self, surface=replace(skin, **varied))
+
+    def scaled(self, factor: float) -> ObjectModel:
+        """Return the kind with its lengths multiplied; the mass stays."""
+        return replace(
+            self,
+            half_size=tuple(factor * size for size in self.half_size),
+            hull=self.hull and self.hull.scaled(factor),
+            net=self.net and self.net.scaled(factor),
+        )
+
+    def add_to(self, spec: mujoco.MjSpec, index: int, rgba: tuple[float, float, float, float]) -> None:
+        """Add a free body `object_{index}` with one geom of the same name, and a site where a net ties it."""
+        name = f"object_{index}"
+        # Left alone, the centre of mass of an explicit inertia lands on the body's position in the world.
+        body = spec.worldbody.add_body(name=name, explicitinertial=True, mass=self.mass, ipos=[0.0, 0.0, 0.0])
+        body.inertia = [self.inertia_factor * moment for moment in self.solid_inertia()]
+        body.add_freejoint(name=name)
+        size = np.zeros(3)
+        size[: len(self.half_size)] = self.half_size
+        geom = body.add_geom(
+            name=name,
+            type=getattr(mujoco.mjtGeom, f"mjGEOM_{self.shape.upper()}"),
+            size=size,
+            rgba=rgba,
+            contype=0,
+            conaffinity=OBJECT_BIT,
+        )
+        if self.hull is not None:
+            self.hull.add_to(spec, self.name)
+            geom.meshname = self.name
+        if self.net is not None:
+            body.add_site(name=name)
+            # MuJoCo weighs a tendon's limit in this pose, where bodies on one spot would have it weigh nothing.
+            body.pos = self.net.place(index, self.flank_radius)
+
+
+def _capsule_inertia(mass: float, radius: float, length: float) -> tuple[float, float, float]:
+    """Return the moments of a cylinder of `length` with two half balls: their sum, by the parallel axes."""
+    cylinder = length / (length + 4.0 * radius / 3.0) * mass
+    caps = mass - cylinder
+    along = 0.5 * cylinder * radius**2 + 0.4 * caps * radius**2
+    # The centre of mass of a half ball is 3/8 of its radius from its flat side.
+    across = cylinder * (3.0 * radius**2 + length**2) / 12.0
+    across += caps * (0.4 * radius**2 + 0.25 * length**2 + 0.375 * radius * length)
+    return across, across, along

@@ -1,0 +1,135 @@
+"""What a result depends on beside its scenario: versions, the simulation's code, the files of robots and objects."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from functools import cache
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from .. import __version__
+from ..config import Scenario
+from ..exceptions import ConfigurationError
+from ..robots import path as robot_file
+from ..scenarios import object_digests, object_files
+
+PACKAGES = ("mujoco", "pin", "numpy", "daqp", "mink")
+SOLVERS = {"osqp": "osqp", "proxqp": "proxsuite", "quadprog": "quadprog"}
+"""Packages of those solvers that not every attempt uses."""
+
+_PACKAGE = Path(__file__).resolve().parents[2]
+# What decides a result; the command line, the viewer and the experiments only ask for it and show it.
+_CODE = (
+    *("types.py", "config.py", "config_sections.py", "arm_model.py", "arm_state.py", "tasks", "limits", "control"),
+    *("trajectories", "primitives", "sim", "aim.py", "preparation.py", "episode.py", "order.py", "recorder.py"),
+)
+
+
+def origins_of(scenarios: Iterable[Scenario], measure: str | None = None) -> dict[str, str]:
+    """Return version or digest by name of all that the scenarios' results depend on.
+
+    `config_hash` covers what a scenario says and the files that are the user's; these are the things that ship.
+
+    Raises:
+        ConfigurationError: where a file cannot be read or the module of `measure` cannot be found.
+        ModelError: where a robot or hand is not known.
+    """
+    found = {"pilegrasp": __version__, "the simulation's code": _code()}
+    found |= {package: _version(package) for package in PACKAGES}
+    found["measure"] = measure or "none"
+    if measure is not None:
+        found["the measure's code"] = _measure(measure)
+    shipped = object_files()
+    for scenario in scenarios:
+        for folder in ((scenario.robot,), ("hands", scenario.hand)):
+            found["/".join(("robots", *folder))] = _folder(robot_file(*folder))
+        if scenario.pile.count and scenario.pile.object in shipped:
+            found[f"objects/{scenario.pile.object}"] = _object(shipped[scenario.pile.object])
+        if package := SOLVERS.get(scenario.controller.solver):
+            found[package] = _version(package)
+        if scenario.controller.compiled:
+            found["numba"] = _version("numba")
+    return found
+
+
+def compare(known: Mapping[str, str], asked: Mapping[str, str], where: str, remedy: str) -> None:
+    """Refuse what differs; a name that is only in one of the two is no difference.
+
+    Raises:
+        ConfigurationError: with the first name, both identities and the remedy.
+    """
+    for name, identity in asked.items():
+        if known.get(name, identity) != identity:
+            if _is_digest(known[name]):
+                reason = f"{name} differs from what it was for {where}"
+            else:
+                reason = f"{name} is {known[name]} for {where}, and {identity} here"
+            raise ConfigurationError(f"{reason}; {remedy}")
+
+
+_checked: set[tuple[str, str | None, str]] = set()
+
+
+def check_origins(planned: Mapping[str, str], scenario: Scenario, measure: str | None) -> None:
+    """Find out, once for each configuration, whether this process would get what was planned elsewhere.
+
+    Raises:
+        ConfigurationError: where something differs.
+    """
+    key = (scenario.config_hash(), measure, repr(sorted(planned.items())))
+    if key not in _checked:
+        here = origins_of([scenario], measure)
+        compare(planned, here, "the study", "give every worker the same installation and start the workers anew")
+        _checked.add(key)
+
+
+def _is_digest(identity: str) -> bool:
+    return identity.startswith("sha256:")
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "absent"
+
+
+def _digest(parts: Iterable[tuple[str, bytes]]) -> str:
+    total = hashlib.sha256()
+    for name, content in parts:
+        total.update(f"{name}\0{len(content)}\0".encode() + content)
+    return f"sha256:{total.hexdigest()[:32]}"
+
+
+@cache
+def _code() -> str:
+    """Return a digest of the modules that decide a result; read once, as the process runs what it has imported."""
+    files = [file for name in _CODE for file in sorted([*(_PACKAGE / name).rglob("*.py"), _PACKAGE / name])]
+    return _digest((str(file.relative_to(_PACKAGE)), file.read_bytes()) for file in files if file.is_file())
+
+
+def _folder(folder: Path) -> str:
+    """Return a digest of a robot's or hand's files; its README and the package's marker decide nothing."""
+    files = sorted(file for file in folder.rglob("*") if file.is_file() and file.suffix not in (".md", ".py", ".pyc"))
+    return _digest((str(file.relative_to(folder)), file.read_bytes()) for file in files)
+
+
+def _object(file: Path) -> str:
+    return _digest(("", digest.encode()) for digest in object_digests(file))
+
+
+def _measure(name: str) -> str:
+    """Return a digest of the measure's module and of those that lie beside it in its package, which it may use."""
+    module = name.rpartition(".")[0]
+    try:
+        file = import_module(module).__file__
+    except (ImportError, ValueError) as error:
+        raise ConfigurationError(
+            f"measure = {name!r} cannot be imported ({error}); give package.module.function"
+        ) from None
+    if file is None:
+        return "none"
+    files = sorted(Path(file).parent.rglob("*.py")) if "." in module else [Path(file)]
+    return _digest((other.name, other.read_bytes()) for other in files)

@@ -1,0 +1,283 @@
+"""The study's memory: one SQLite file that knows what was asked, what came of it, and what it depends on."""
+
+from __future__ import annotations
+
+import json
+import os
+import sqlite3
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from ..config import Scenario, build_scenario
+from ..exceptions import ConfigurationError, ExportError
+from .attempt import AttemptReport
+from .attempt_row import AttemptRow
+from .condition import Condition
+from .difference import difference
+from .origins import compare
+
+FORMAT = "pilegrasp-study 1"
+FILE = "study.db"
+RECORDINGS = "recordings"
+PATIENCE = 60.0
+"""How long a writer waits for a reader that holds the file [s]."""
+
+_TABLES = """
+CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE origins (name TEXT PRIMARY KEY, identity TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE scenarios (number INTEGER PRIMARY KEY, config_hash TEXT NOT NULL UNIQUE, scenario TEXT NOT NULL);
+CREATE TABLE attempts (
+    config_hash TEXT NOT NULL,
+    seed INTEGER NOT NULL,
+    condition TEXT NOT NULL,
+    result TEXT,
+    error TEXT,
+    PRIMARY KEY (config_hash, seed)
+) WITHOUT ROWID;
+CREATE TABLE costs (
+    config_hash TEXT NOT NULL,
+    seed INTEGER NOT NULL,
+    processor_time REAL NOT NULL,
+    wall_time REAL NOT NULL,
+    host TEXT NOT NULL,
+    PRIMARY KEY (config_hash, seed)
+) WITHOUT ROWID;
+"""
+_ROWS = """
+SELECT config_hash, seed, condition, result, error
+FROM attempts JOIN scenarios USING (config_hash) ORDER BY number, seed
+"""
+
+
+class StudyStore:
+    """A study in a folder: `study.db`, and `recordings/` where some were asked for.
+
+    Only one process writes. A transaction is on the disk before the next attempt is handed out: the rollback journal
+    with `synchronous=EXTRA` loses none to a loss of power, works on network file systems, and leaves one file that can
+    be copied.
+    """
+
+    def __init__(self, folder: str | Path, *, create: bool = False) -> None:
+        """Open the store of a folder.
+
+        Args:
+            folder: where it lies.
+            create: whether to make folder and store where they are missing.
+
+        Raises:
+            ExportError: where there is none, it is no store, it is damaged, or it cannot be written.
+        """
+        self.folder = Path(folder)
+        self.path = self.folder / FILE
+        if not create and not self.path.is_file():
+            raise ExportError(f"{self.path}: no such study; `pilegrasp sweep ... --out {self.folder}` makes one")
+        if create:
+            make_folder(self.folder)
+        with self._explained():
+            self._connection = sqlite3.connect(self.path, timeout=PATIENCE, isolation_level=None)
+        try:
+            self._open(create)
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self, create: bool) -> None:
+        with self._explained():
+            self._connection.execute("PRAGMA synchronous=EXTRA")
+            known = {name for (name,) in self._connection.execute("SELECT name FROM sqlite_master WHERE type='table'")}
+            if not known and create:
+                self._make()
+            elif "about" not in known or self.about("format") != FORMAT:
+                raise ExportError(f"{self.path}: is no study that this version can read; choose another folder")
+
+    def __enter__(self) -> Self:
+        """Return the store."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the file."""
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._connection.close()
+
+    @contextmanager
+    def _explained(self) -> Iterator[None]:
+        try:
+            yield
+        except sqlite3.Error as error:
+            raise ExportError(f"{self.path}: is no study, is damaged, or cannot be written: {error}") from None
+
+    @contextmanager
+    def _transaction(self) -> Iterator[sqlite3.Connection]:
+        with self._explained():
+            self._connection.execute("BEGIN IMMEDIATE")
+            try:
+                yield self._connection
+            except BaseException:
+                self._connection.execute("ROLLBACK")
+                raise
+            self._connection.execute("COMMIT")
+
+    def _make(self) -> None:
+        with self._transaction() as connection:
+            for statement in filter(str.strip, _TABLES.split(";")):
+                connection.execute(statement)
+            connection.execute("INSERT INTO about VALUES ('format', ?)", (FORMAT,))
+
+    def about(self, key: str) -> str | None:
+        """Return what is noted under a key, or None."""
+        row = self._connection.execute("SELECT value FROM about WHERE key = ?", (key,)).fetchone()
+        return None if row is None else str(row[0])
+
+    def origins(self) -> dict[str, str]:
+        """Return what the results depend on: versions and digests by name."""
+        with self._explained():
+            return dict(self._connection.execute("SELECT name, identity FROM origins"))
+
+    def adopt(
+        self,
+        conditions: Iterable[Condition],
+        origins: Mapping[str, str],
+        configuration: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Note what is going to be run, or refuse it.
+
+        Args:
+            conditions: whose scenarios are kept, so that each attempt can be run again.
+            origins: what their results depend on.
+            configuration: JSON values that are the same for the whole study, or None where nothing is said of it.
+
+        Raises:
+            ConfigurationError: where the study was made with other origins or another configuration.
+            ExportError: where the file cannot be written.
+        """
+        remedy = "choose another folder, or go back to what the study was made with"
+        compare(self.origins(), origins, str(self.path), remedy)
+        asked = None if configuration is None else json.dumps(configuration, sort_keys=True)
+        known = self.about("configuration")
+        if asked is not None and known is not None and asked != known:
+            reason = difference(json.loads(known), json.loads(asked))
+            raise ConfigurationError(
+                f"{self.path} holds another study: {reason}; choose another folder, or repeat the command that began it"
+            )
+        scenarios = [(condition.config_hash, condition.placed.model_dump_json()) for condition in conditions]
+        with self._transaction() as connection:
+            connection.executemany("INSERT OR IGNORE INTO origins VALUES (?, ?)", origins.items())
+            connection.executemany("INSERT OR IGNORE INTO scenarios (config_hash, scenario) VALUES (?, ?)", scenarios)
+            if asked is not None:
+                connection.execute("INSERT OR IGNORE INTO about VALUES ('configuration', ?)", (asked,))
+
+    def missing(self, tasks: Sequence[tuple[Condition, int]]) -> list[tuple[Condition, int]]:
+        """Return the tasks without a row, each once, in their order."""
+        with self._explained():
+            known = set(self._connection.execute("SELECT config_hash, seed FROM attempts"))
+        wanted = {(condition.config_hash, seed): (condition, seed) for condition, seed in reversed(tasks)}
+        return [wanted[key] for key in reversed(wanted) if key not in known]
+
+    def add(self, reports: Sequence[tuple[Condition, AttemptReport]]) -> None:
+        """Write finished attempts down; when this returns, nothing loses them. A recording is there before its row.
+
+        Raises:
+            ExportError: where something cannot be written.
+        """
+        rows, costs = [], []
+        for condition, report in reports:
+            key = (report.config_hash, report.seed)
+            if report.recording is not None:
+                _write_durably(self.recording_file(*key), report.recording)
+            rows.append((*key, json.dumps(condition.as_dict()), report.result, report.error))
+            costs.append((*key, report.processor_time, report.wall_time, report.host))
+        with self._transaction() as connection:
+            connection.executemany("INSERT INTO attempts VALUES (?, ?, ?, ?, ?)", rows)
+            connection.executemany("INSERT OR REPLACE INTO costs VALUES (?, ?, ?, ?, ?)", costs)
+
+    def attempts(self, tasks: Sequence[tuple[Condition, int]] | None = None) -> list[AttemptRow]:
+        """Return the rows of `tasks`, in their order and without those that are missing; or all.
+
+        All come in the order in which their conditions were first asked for, and then by seed.
+
+        Raises:
+            ExportError: where the file cannot be read.
+        """
+        with self._explained():
+            rows = self._connection.execute(_ROWS).fetchall()
+        if tasks is None:
+            return [_row(*row) for row in rows]
+        known = {row[:2]: row for row in rows}
+        keys = dict.fromkeys((condition.config_hash, seed) for condition, seed in tasks)
+        return [_row(*known[key]) for key in keys if key in known]
+
+    def costs(self) -> dict[tuple[str, int], tuple[float, float]]:
+        """Return processor time and wall time [s] of each attempt, by hash and seed."""
+        with self._explained():
+            rows = self._connection.execute("SELECT config_hash, seed, processor_time, wall_time FROM costs")
+            return {row[:2]: row[2:] for row in rows}
+
+    def scenario(self, config_hash: str) -> Scenario:
+        """Return the complete scenario of a row; `pilegrasp_ctrl.run` with it and the row's seed repeats the attempt.
+
+        Raises:
+            ConfigurationError: where there is none, or a file that it names has changed.
+        """
+        scenario = build_scenario(self.scenario_values(config_hash), source=str(self.path))
+        if scenario.config_hash() != config_hash:
+            raise ConfigurationError(f"{self.path}: a file that the scenario {config_hash} names has changed since")
+        return scenario
+
+    def scenario_values(self, config_hash: str) -> dict[str, Any]:
+        """Return the nested keys of the scenario of a row.
+
+        Raises:
+            ConfigurationError: where there is none.
+        """
+        with self._explained():
+            query = "SELECT scenario FROM scenarios WHERE config_hash = ?"
+            row = self._connection.execute(query, (config_hash,)).fetchone()
+        if row is None:
+            raise ConfigurationError(f"{self.path}: no scenario has the hash {config_hash!r}")
+        return dict(json.loads(row[0]))
+
+    def recording_file(self, config_hash: str, seed: int) -> Path:
+        """Return where the recording of an attempt lies, if there is one."""
+        return self.folder / RECORDINGS / f"{config_hash}-{seed}.npz"
+
+    def recording(self, row: AttemptRow) -> Path | None:
+        """Return the recording of an attempt, or None."""
+        file = self.recording_file(row.config_hash, row.seed)
+        return file if file.is_file() else None
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder of a study, where it is missing.
+
+    Raises:
+        ExportError: where it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ExportError(f"{folder}: the folder cannot be made: {error.strerror}") from None
+
+
+def _row(config_hash: str, seed: int, condition: str, result: str | None, error: str | None) -> AttemptRow:
+    return AttemptRow(config_hash, seed, json.loads(condition), None if result is None else json.loads(result), error)
+
+
+def _write_durably(path: Path, content: bytes) -> None:
+    beside = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(exist_ok=True)
+        with beside.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.replace(path)
+    except OSError as error:
+        raise ExportError(f"{path}: the recording cannot be written: {error.strerror}") from None

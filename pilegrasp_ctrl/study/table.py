@@ -1,0 +1,143 @@
+"""A study as one flat table: a line for each attempt, for spreadsheets, pandas and the like."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ..exceptions import ExportError
+from ..recording import write_atomically
+from .attempt_row import AttemptRow
+from .store import StudyStore
+
+TABLES = (".csv", ".parquet")
+"""What a study can be written as."""
+_FIRST = ("scenario", "config_hash", "seed")
+_LAST = ("success", "grasped", "triggered", "reason", "error", "processor_time")
+
+
+def table(store: StudyStore) -> list[dict[str, Any]]:
+    """Return a line for each attempt; all have the same columns in the same order, None where there is nothing to say.
+
+    They are `scenario config_hash seed`, every key that is varied anywhere in the study with the value that it has in
+    this attempt, `success grasped triggered reason error processor_time`, and the rest of the result by dotted names,
+    such as `push.peak_force` and `measures.` with the measure's own.
+
+    Raises:
+        PilegraspError: where the store cannot be read.
+    """
+    rows, costs = store.attempts(), store.costs()
+    varied = list(dict.fromkeys(key for row in rows for key in row.condition if key != "scenario"))
+    scenarios = {hash_: store.scenario_values(hash_) for hash_ in dict.fromkeys(row.config_hash for row in rows)}
+    lines = []
+    for row in rows:
+        line: dict[str, Any] = {
+            "scenario": row.condition.get("scenario"),
+            "config_hash": row.config_hash,
+            "seed": row.seed,
+        }
+        line |= {key: row.condition.get(key, _value(scenarios[row.config_hash], key)) for key in varied}
+        result = row.result or {}
+        processor_time = costs.get((row.config_hash, row.seed), (None,))[0]
+        told = (row.success, row.grasped, row.triggered, result.get("reason"), row.error, processor_time)
+        line |= dict(zip(_LAST, told, strict=True))
+        lines.append(line | _details(row))
+    columns = dict.fromkeys(column for line in lines for column in line)
+    return [{column: _cell(line.get(column)) for column in columns} for line in lines]
+
+
+def write_table(store: StudyStore, path: Path) -> int:
+    """Write the table as `.csv` or `.parquet`, by the name of the file; return the number of attempts.
+
+    Raises:
+        ExportError: where the file cannot be written, or a package for it is not installed.
+    """
+    if path.suffix == ".parquet":
+        require_parquet()
+    lines = table(store)
+    content = _parquet(lines) if path.suffix == ".parquet" else _csv(lines)
+    try:
+        write_atomically(path, content)
+    except OSError as error:
+        raise ExportError(f"{path}: the table cannot be written: {error.strerror}") from None
+    return len(lines)
+
+
+def require_parquet() -> None:
+    """Find out whether Parquet can be written.
+
+    Raises:
+        ExportError: where pyarrow is not installed.
+    """
+    try:
+        import pyarrow.parquet  # noqa: F401
+    except ImportError:
+        raise ExportError(
+            "Parquet needs the package pyarrow; install it with `pip install 'pilegrasp[parquet]'`, or write a .csv"
+        ) from None
+
+
+def _details(row: AttemptRow) -> dict[str, Any]:
+    """Return what else the result says, nested names joined by dots, a primitive's under its own name."""
+    result = dict(row.result or {})
+    for name in ("scenario", "config_hash", "seed", "success", "grasped", "reason"):
+        result.pop(name, None)
+    outcomes = result.pop("outcomes", [])
+    found = {
+        f"{outcome['name']}.{key}": value for outcome in outcomes for key, value in outcome.items() if key != "name"
+    }
+    return found | _flat(result)
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        found |= _flat(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
+    return found
+
+
+def _value(scenario: Mapping[str, Any], key: str) -> Any:
+    """Return what a scenario says under a dotted key, or None where that is none of its keys."""
+    place: Any = scenario
+    for part in key.split("."):
+        place = place.get(part) if isinstance(place, Mapping) else None
+    return place
+
+
+def _cell(value: Any) -> Any:
+    return json.dumps(value) if isinstance(value, list | tuple | dict) else value
+
+
+def _csv(lines: list[dict[str, Any]]) -> bytes:
+    text = io.StringIO()
+    writer = csv.DictWriter(text, lines[0].keys() if lines else [*_FIRST, *_LAST], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(lines)
+    return text.getvalue().encode()
+
+
+def _parquet(lines: list[dict[str, Any]]) -> bytes:
+    import pyarrow
+    import pyarrow.parquet
+
+    columns = list(lines[0]) if lines else [*_FIRST, *_LAST]
+    table = pyarrow.table({column: _array([line[column] for line in lines]) for column in columns})
+    buffer = pyarrow.BufferOutputStream()
+    pyarrow.parquet.write_table(table, buffer)
+    return bytes(buffer.getvalue())
+
+
+def _array(values: list[Any]) -> Any:
+    """Return a column of one type: integers beside decimals become decimals, other mixtures text."""
+    import pyarrow
+
+    kinds = {type(value) for value in values} - {type(None)}
+    if kinds == {int, float}:
+        values = [value if value is None else float(value) for value in values]
+    elif len(kinds) > 1:
+        values = [value if value is None else str(value) for value in values]
+    return pyarrow.array(values, None if kinds else pyarrow.string())

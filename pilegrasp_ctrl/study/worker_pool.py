@@ -1,0 +1,130 @@
+"""Workers on this machine: a pool of one process each, so that one that dies takes nobody with it."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from types import TracebackType
+from typing import Any, Self
+
+from ..exceptions import SimulationError
+from .parent import follow_the_parent
+
+STARTS = 3
+"""Workers that end in a row before any of them was ready; then something is wrong with all of them."""
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+class WorkerPool:
+    """`jobs` processes, each started when it is first needed and again after it died.
+
+    A `ProcessPoolExecutor` as a whole breaks when one of its workers dies; here each worker is the only one of its own.
+    Use it as a context: leaving it by an error or an interrupt ends the workers at once.
+    """
+
+    retries = 2
+    """How often an attempt is repeated whose worker died."""
+
+    def __init__(self, jobs: int) -> None:
+        """Take the number of processes, at least 1."""
+        self._jobs = jobs
+        self._idle: deque[_Worker | None] = deque([None] * jobs)
+        self._workers: set[_Worker] = set()
+        self._failed_starts = 0
+
+    def __enter__(self) -> Self:
+        """Begin."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End the workers."""
+        for worker in self._workers:
+            worker.end(at_once=kind is not None)
+        for worker in self._workers:
+            worker.join()
+
+    def width(self) -> int:
+        """Return how many tasks may be under way."""
+        return self._jobs
+
+    def submit(self, function: Callable[[Any], Any], task: Any) -> Future[Any]:
+        """Hand a task to an idle worker; there is one while fewer than `width` are under way."""
+        worker = self._idle.pop()
+        if worker is None:
+            worker = _Worker()
+            self._workers.add(worker)
+        future = worker.executor.submit(function, task)
+        future.add_done_callback(lambda finished: self._release(worker, finished))
+        return future
+
+    def died(self, error: BaseException) -> bool:
+        """Return whether an error of a future means that the worker ran out of memory or died.
+
+        Raises:
+            SimulationError: where worker processes cannot even start.
+        """
+        if self._failed_starts >= STARTS:
+            raise SimulationError(
+                "the worker processes end before they begin; a script that sweeps needs its call below "
+                'if __name__ == "__main__", and each worker about 300 MB of memory'
+            )
+        return isinstance(error, BrokenProcessPool | MemoryError)
+
+    def _release(self, worker: _Worker, future: Future[Any]) -> None:
+        if future.cancelled() or not isinstance(future.exception(), BrokenProcessPool):
+            self._failed_starts = 0
+            self._idle.append(worker)
+            return
+        self._failed_starts = 0 if worker.was_ready() else self._failed_starts + 1
+        self._workers.discard(worker)
+        self._idle.append(None)
+
+
+class _Worker:
+    """One process and the executor that feeds it."""
+
+    def __init__(self) -> None:
+        # Each worker is busy by itself; threads of a linear algebra library would only get into their way.
+        for name in _ONE_THREAD:
+            os.environ[name] = "1"
+        context = multiprocessing.get_context("spawn")
+        self.executor = ProcessPoolExecutor(1, context, initializer=follow_the_parent)
+        with _interrupts_held():
+            self._ready = self.executor.submit(_nothing)
+
+    def was_ready(self) -> bool:
+        """Return whether the process once answered."""
+        return self._ready.done() and self._ready.exception() is None
+
+    def end(self, at_once: bool) -> None:
+        """Tell the process to end, after its task or without it."""
+        if at_once:
+            for process in list(getattr(self.executor, "_processes", {}).values()):
+                process.kill()
+        self.executor.shutdown(wait=False, cancel_futures=True)
+
+    def join(self) -> None:
+        """Wait until the process has ended."""
+        self.executor.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Let what is started meanwhile inherit that Ctrl-C, which a terminal sends to all, is the parent's alone."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _nothing() -> None:
+    """Answer, and so tell that the process has started."""

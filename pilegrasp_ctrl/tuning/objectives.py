@@ -1,0 +1,149 @@
+"""What a search over gains makes small, read from the recordings of the attempts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..config import Scenario
+from ..episode import EpisodeResult
+from ..exceptions import PilegraspError
+from ..recording import Recording
+from ..types import Array, Outcome
+
+LEVER = 0.1
+"""A rotation error counts as what it moves a point at this distance, about half a hand [m]."""
+FREE = ("line", "approach")
+"""Primitives whose reference the tool can follow; in contact the error is the spring that presses."""
+AFTER_TRIGGER = 0.1
+"""The force is watched for this long after it has ended the push, where the recording goes on [s]."""
+
+_LEAST = 1e-9
+
+
+class UnfinishedError(PilegraspError):
+    """An attempt that ended before it was over, so that nothing can be measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """What some gains did in one attempt, or in all attempts together.
+
+    Attributes:
+        tracking: rms of tool position and rotation together, `sqrt(|e_p|² + (LEVER |e_R|)²)` [mm].
+        activity: rms over samples and joints of the change of |torque| within 10 ms [% of the torque limit].
+        overshoot: largest force along the push beyond F_grasp, the sensor's lag removed [N]; None without a push.
+        position: rms position error [mm].
+        rotation: rms rotation error [mrad].
+        share: rms over samples and joints of |torque| [% of the torque limit].
+    """
+
+    tracking: float
+    activity: float
+    overshoot: float | None
+    position: float
+    rotation: float
+    share: float
+
+    def objectives(self) -> tuple[float, ...]:
+        """Return what is made small, in the order of `objective_names`."""
+        both = (self.tracking, self.activity)
+        return both if self.overshoot is None else (*both, self.overshoot)
+
+    def scores(self, grasp_force: float) -> tuple[float, ...]:
+        """Return the logarithms of tracking, activity and, where there is a push, its largest force.
+
+        A sampler that is told these takes a tenth off one for as much as a tenth off another; told millimetres and
+        percent, it would study whichever spreads over the larger numbers.
+
+        Args:
+            grasp_force: F_grasp, from which the overshoot counts [N].
+        """
+        values = [self.tracking, self.activity]
+        values += [] if self.overshoot is None else [grasp_force + self.overshoot]
+        return tuple(float(np.log(max(value, _LEAST))) for value in values)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain JSON values."""
+        return asdict(self)
+
+
+def has_push(scenario: Scenario) -> bool:
+    """Return whether a force ends one of the scenario's motions."""
+    return scenario.program != "line"
+
+
+def objective_names(scenario: Scenario) -> tuple[str, ...]:
+    """Return the attributes of `Measured` that are made small."""
+    return ("tracking", "activity", "overshoot") if has_push(scenario) else ("tracking", "activity")
+
+
+def measure(result: EpisodeResult, scenario: Scenario) -> Measured:
+    """Return what one recorded attempt shows.
+
+    The torque counts by its changes: holding the arm up costs the same under all gains, and an arm that sags away
+    from its reference holds itself up with a little less, which must not look like a merit.
+
+    Raises:
+        UnfinishedError: where a primitive failed, or nothing was followed freely.
+    """
+    recording, last = result.recording, result.outcomes[-1]
+    if last.status == "failed":
+        raise UnfinishedError(f"seed {result.seed}: {last.name}: {last.trigger}")
+    free = [outcome for outcome in result.outcomes if outcome.name in FREE]
+    if recording is None or not free:
+        raise UnfinishedError(f"seed {result.seed}: no free motion was recorded, so there is no tracking to measure")
+    chosen = np.any([_during(recording, outcome) for outcome in free], axis=0)
+    position, rotation, torque = (
+        np.asarray(recording.signals[name], dtype=np.float64)
+        for name in ("tracking_error", "orientation_error", "torque_ratio")
+    )
+    push = next((outcome for outcome in result.outcomes if outcome.name == "push"), None)
+    return Measured(
+        tracking=1e3 * _rms(np.hypot(position[chosen], LEVER * rotation[chosen])),
+        activity=1e2 * _rms(np.diff(torque, axis=0)),
+        overshoot=_overshoot(recording, push, scenario) if push is not None else None,
+        position=1e3 * _rms(position[chosen]),
+        rotation=1e3 * _rms(rotation[chosen]),
+        share=1e2 * _rms(torque),
+    )
+
+
+def combined(parts: Sequence[Measured]) -> Measured:
+    """Return attempts of several seeds as one: root mean square of the rms values, largest overshoot."""
+    overshoots = [part.overshoot for part in parts if part.overshoot is not None]
+    values = {
+        name: _rms(np.array([getattr(part, name) for part in parts]))
+        for name in ("tracking", "activity", "position", "rotation", "share")
+    }
+    return Measured(overshoot=max(overshoots) if overshoots else None, **values)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _during(recording: Recording, outcome: Outcome) -> NDArray[np.bool_]:
+    return (recording.signal_time >= outcome.start) & (recording.signal_time <= outcome.end)
+
+
+def _overshoot(recording: Recording, push: Outcome, scenario: Scenario) -> float:
+    """Return the largest force along the push beyond F_grasp [N].
+
+    A first-order low-pass y is undone exactly for an input that is constant between samples: over a time t it passes
+    the share 1 - exp(-2 pi cutoff t) of a step. Where the tick that ends the push is not among the samples, its force
+    is the peak that the outcome names, because the first force beyond F_grasp ends the push.
+    """
+    watched = (recording.signal_time >= push.start) & (recording.signal_time <= push.end + AFTER_TRIGGER)
+    time = recording.signal_time[watched]
+    force = np.asarray(recording.signals["push_force"], dtype=np.float64)[watched]
+    if not np.isclose(time, push.end, rtol=0.0, atol=1e-9).any():
+        place = int(np.searchsorted(time, push.end))
+        time, force = np.insert(time, place, push.end), np.insert(force, place, push.peak_force)
+    passed = -np.expm1(-2.0 * np.pi * scenario.sensor.cutoff * np.diff(time))
+    felt = force[:-1] + np.diff(force) / passed
+    return float(max(force.max(), felt.max(initial=0.0)) - scenario.strategy.grasp_force)

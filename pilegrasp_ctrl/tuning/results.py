@@ -1,0 +1,151 @@
+"""What a search leaves behind: the gains, a table of the trials, a page, and one JSON document about them."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+from ..tasks.gains import load_gains
+from .analysis import Contender, Explanation
+from .gain_space import gains_table, gains_text
+from .objectives import objective_names
+from .page import page
+from .search import Search, versions, write_text
+from .stability_margin import Margin
+
+UNITS = {"tracking": "mm", "activity": "%", "overshoot": "N", "position": "mm", "rotation": "mrad", "share": "%"}
+
+
+def write_results(explanation: Explanation, command: str) -> dict[str, Any]:
+    """Write `best.toml`, `trials.csv` and `index.html`, and return the document that `--json` prints.
+
+    Args:
+        explanation: the search.
+        command: what the user typed, for the page.
+
+    Raises:
+        ExportError: where a file cannot be written.
+    """
+    folder = explanation.search.folder
+    write_text(folder / "best.toml", best_text(explanation))
+    write_text(folder / "trials.csv", trials_csv(explanation))
+    document = as_document(explanation)
+    write_text(folder / "index.html", page(explanation, document, command))
+    return document
+
+
+def best_text(explanation: Explanation) -> str:
+    """Return the file of the proposed gains, with where they come from at its head."""
+    search, best = explanation.search, explanation.best
+    measured = best.record.report.measured
+    facts = [] if measured is None else [f"{name} {value:.3g} {UNITS[name]}" for name, value in _facts(measured)]
+    comment = (
+        f"Gains found by pilegrasp tune for {search.scenario.name}, {search.kind}: trial {best.record.number} of "
+        f"{len(explanation.records)}.\n{', '.join(facts)}.\n"
+        f"Stiffness can grow by a factor of {best.margins[search.late]} before the loop rings."
+    )
+    return gains_text(best.gains, comment)
+
+
+def trials_csv(explanation: Explanation) -> str:
+    """Return every trial as one line, with the unit in the column's name where there is one."""
+    names = [*explanation.search.space.bounds]
+    measures = [*UNITS]
+    columns = ["trial", "state", *names]
+    columns += [f"{name}_{UNITS[name].replace('%', 'percent')}" for name in measures]
+    columns += ["ringing", "ringing_at_margin", "on_front", "chosen", "success", "wall_time_s", "gains", "reason"]
+    front = {record.number for record in explanation.front}
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(columns)
+    for record in explanation.records:
+        report = record.report
+        values = explanation.search.space.rounded(record.values)
+        cells = [None] * len(measures) if report.measured is None else [getattr(report.measured, x) for x in measures]
+        ringing = report.ringing or (None, None)
+        file = explanation.search.gains_file(record.number).relative_to(explanation.search.folder)
+        writer.writerow(
+            [
+                record.number,
+                state(record.report.measured is not None, report.feasible),
+                *(values[name] for name in names),
+                *cells,
+                *ringing,
+                int(record.number in front),
+                int(record.number == explanation.best.record.number),
+                report.success,
+                report.wall_time,
+                file,
+                report.reason,
+            ]
+        )
+    return buffer.getvalue()
+
+
+def as_document(explanation: Explanation) -> dict[str, Any]:
+    """Return the search and its outcome as JSON values."""
+    search, records = explanation.search, explanation.records
+    start, best = explanation.start.record.report.measured, explanation.best.record.report.measured
+    names = objective_names(search.scenario)
+    improvement = {
+        name: getattr(start, name) / getattr(best, name)
+        for name in names
+        if start is not None and best is not None and getattr(best, name)
+    }
+    failed = [record for record in records if record.report.measured is None]
+    folder = search.folder
+    return {
+        "scenario": search.scenario.name,
+        "controller": search.kind,
+        "seeds": list(search.seeds),
+        "trials": {
+            "finished": len(records),
+            "failed": len(failed),
+            "with_margin": sum(record.report.feasible for record in records),
+            "seconds": sum(record.report.wall_time for record in records),
+        },
+        "objectives": {name: UNITS[name] for name in names},
+        "start": _contender(explanation.start, search),
+        "best": _contender(explanation.best, search),
+        "improvement": improvement,
+        "rule": explanation.rule,
+        "importance": explanation.importance,
+        "versions": versions(),
+        "files": {
+            "gains": str(folder / "best.toml"),
+            "trials": str(folder / "trials.csv"),
+            "page": str(folder / "index.html"),
+            "store": str(folder / "tuning.db"),
+        },
+    }
+
+
+def state(completed: bool, feasible: bool) -> str:
+    """Return the word for what became of a trial."""
+    return ("ok" if feasible else "rings") if completed else "failed"
+
+
+def _facts(measured: Any) -> list[tuple[str, float]]:
+    return [(name, value) for name in UNITS if (value := getattr(measured, name)) is not None]
+
+
+def _contender(contender: Contender, search: Search) -> dict[str, Any]:
+    report = contender.record.report
+    return {
+        "trial": contender.record.number,
+        "measured": None if report.measured is None else report.measured.as_dict(),
+        "reason": report.reason,
+        "gains": gains_table(load_gains(_file(search, contender))),
+        "margin": _margin(contender.margins[search.late]),
+        "margin_by_periods_late": {str(late): _margin(margin) for late, margin in contender.margins.items()},
+    }
+
+
+def _file(search: Search, contender: Contender) -> Path:
+    return search.gains_file(contender.record.number)
+
+
+def _margin(margin: Margin) -> dict[str, Any]:
+    return {"factor": margin.factor, "at_least": not margin.limited}

@@ -1,0 +1,210 @@
+"""Search for controller gains: propose, simulate, remember, choose, and explain on a page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from .. import __version__
+from ..config import Scenario
+from ..exceptions import ConfigurationError, ExportError
+from ..recording import write_atomically
+from ..robots import path as robot_file
+from ..sim.hand import Hand
+from ..study.folder_lock import locked
+from ..tasks.gains import MotionGains, load_gains
+from .choice import choose
+from .gain_space import Gains, GainSpace, gains_table, gains_text
+from .objectives import Measured, objective_names
+from .store import BATCH, SAMPLER_SEED, SPREAD, TrialRecord, TuningStore
+from .trial import REQUIRED_MARGIN, TrialReport, TrialWork, evaluate, resting_arm
+from .trial_pool import TrialPool
+
+FIRST_JUDGING_SEED = 10000
+"""Seeds from here on judge what was tuned on smaller ones."""
+ENGINES = ("mujoco", "pin", "daqp", "numpy", "optuna")
+
+Progress = Callable[[str, int, int, float | None], None]
+"""Called with what is being done, how much of it is done, how much there is, and the best tracking so far [mm]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Search:
+    """What a search is asked to do; together with the versions of the engines it fixes every result.
+
+    Attributes:
+        scenario: with `controller.kind` set, and no file of gains.
+        space: what may be tried, and the start.
+        seeds: of the attempts of each trial.
+        late: control periods by which the torque is late where ringing is looked for.
+        folder: where everything is written.
+    """
+
+    scenario: Scenario
+    space: GainSpace
+    seeds: tuple[int, ...]
+    late: int
+    folder: Path
+
+    @property
+    def kind(self) -> str:
+        """Which controller is tuned."""
+        return str(self.scenario.controller.kind)
+
+    def configuration(self) -> dict[str, Any]:
+        """Return everything that results depend on, as JSON values."""
+        return {
+            "scenario": self.scenario.model_dump(mode="json", exclude={"summary", "tags"}),
+            "seeds": list(self.seeds),
+            "start": gains_table(self.space.start),
+            "bounds": {name: list(bound) for name, bound in self.space.bounds.items()},
+            "objectives": list(objective_names(self.scenario)),
+            "required_margin": REQUIRED_MARGIN,
+            "late": self.late,
+            "sampler": {"seed": SAMPLER_SEED, "batch": BATCH, "spread": SPREAD},
+            "versions": versions(),
+        }
+
+    def gains_file(self, number: int) -> Path:
+        """Return where the gains of a trial are written."""
+        return self.folder / "gains" / f"trial_{number:04d}.toml"
+
+    def with_gains(self, gains: Gains, file: Path, comment: str) -> Scenario:
+        """Write the gains to a file and return the scenario that uses it."""
+        write_text(file, gains_text(gains, comment))
+        controller = self.scenario.controller.model_copy(update={"gains": str(file)})
+        return self.scenario.model_copy(update={"controller": controller})
+
+    def task(self, number: int, values: dict[str, float]) -> TrialWork:
+        """Return a trial that is ready to be carried out, its file of gains written."""
+        gains = self.space.gains(self.space.rounded(values))
+        comment = f"Trial {number} of a search over gains: {self.scenario.name}, {self.kind}."
+        return TrialWork(number, self.with_gains(gains, self.gains_file(number), comment), self.seeds, self.late)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of this program and of what its results depend on."""
+    return {"pilegrasp": __version__} | {name: version(name) for name in ENGINES}
+
+
+def plan_search(
+    scenario: Scenario, out: Path, *, start: Path | None = None, seeds: tuple[int, ...] = (0,), late: int = 0
+) -> Search:
+    """Return a search that can be carried out.
+
+    Args:
+        scenario: what is tried; its own kind of controller and file of gains count.
+        out: the folder to write to; it is made.
+        start: file of gains to begin with; where absent the scenario's own, or the ones that ship.
+        seeds: of the attempts.
+        late: control periods by which the torque is late where ringing is looked for.
+
+    Raises:
+        ConfigurationError: where the seeds are no tuning seeds, the gains do not fit the controller, or the scenario
+            cannot be prepared.
+        ExportError: where the folder cannot be made.
+    """
+    check_seeds(seeds)
+    if not 0 <= late <= 10:
+        raise ConfigurationError(f"late = {late} must be between 0 and 10 control periods")
+    kind = scenario.controller.kind or Hand.load(scenario.hand).controller
+    file = start or scenario.controller.gains or robot_file(scenario.robot, f"{kind}.toml")
+    gains = load_gains(file)
+    if isinstance(gains, MotionGains) != (kind == "operational_space"):
+        raise ConfigurationError(
+            f"{file}: holds {type(gains).__name__}, but the controller is {kind!r}; choose another with --controller, "
+            "or a start that fits"
+        )
+    controller = scenario.controller.model_copy(update={"kind": kind, "gains": None})
+    chosen = scenario.model_copy(update={"controller": controller})
+    space = GainSpace.around(gains, controller.rate)
+    resting_arm(chosen, seeds[0])
+    try:
+        (out / "gains").mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ExportError(f"{out}: is no folder that can be written to: {error.strerror}") from None
+    return Search(chosen, space, seeds, late, out)
+
+
+def check_seeds(seeds: tuple[int, ...]) -> None:
+    """Refuse seeds that are kept for judging.
+
+    Raises:
+        ConfigurationError: where there is none, one is negative, or one is at least `FIRST_JUDGING_SEED`.
+    """
+    if not seeds or min(seeds) < 0:
+        raise ConfigurationError("--seeds takes FIRST:LAST, the last one left out, such as 0:3 for three attempts")
+    if max(seeds) >= FIRST_JUDGING_SEED:
+        raise ConfigurationError(
+            f"seed {max(seeds)} is kept for judging what was tuned; tune on seeds below {FIRST_JUDGING_SEED}, such as "
+            "--seeds 0:3"
+        )
+
+
+def run_search(
+    search: Search,
+    trials: int,
+    jobs: int = 1,
+    progress: Progress | None = None,
+    function: Callable[[TrialWork], TrialReport] = evaluate,
+) -> TuningStore:
+    """Carry out what is missing of a search and return its store.
+
+    Every finished trial is in `search.db` before the next one begins; an interrupt loses only what is under way.
+
+    Args:
+        search: what to do.
+        trials: how many there shall be, the start and the failed ones among them.
+        jobs: number of processes; results do not depend on it.
+        progress: called after every trial.
+        function: what carries a trial out; for tests.
+
+    Raises:
+        ConfigurationError: where a number is out of range, or the folder holds another search.
+        SimulationError: where a worker process died.
+    """
+    if trials < 1 or jobs < 1:
+        raise ConfigurationError(f"{trials} trials in {jobs} jobs: both must be at least 1")
+    space, force = search.space, search.scenario.strategy.grasp_force
+    with ExitStack() as stack:
+        stack.enter_context(locked(search.folder))
+        store = TuningStore(
+            search.folder / "tuning.db",
+            search.configuration(),
+            space.bounds,
+            space.start_values,
+            partial(Measured.scores, grasp_force=force),
+            len(objective_names(search.scenario)),
+        )
+        pool = stack.enter_context(TrialPool(function, jobs))
+        while proposals := store.propose(trials):
+            tasks = [search.task(number, values) for number, values in proposals]
+            for report in pool.results(tasks):
+                store.tell(report)
+                if progress is not None:
+                    records = store.records()
+                    progress("trials", len(records), trials, _tracking(choose(records, force)[0]))
+    return store
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file of a search, all of it or nothing.
+
+    Raises:
+        ExportError: where it cannot be written.
+    """
+    try:
+        write_atomically(path, text.encode())
+    except OSError as error:
+        raise ExportError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def _tracking(record: TrialRecord | None) -> float | None:
+    measured = None if record is None else record.report.measured
+    return None if measured is None or not math.isfinite(measured.tracking) else measured.tracking

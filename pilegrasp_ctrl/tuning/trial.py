@@ -1,0 +1,106 @@
+"""One trial of a search over gains: the attempts, what they show, and whether the loop rings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from time import perf_counter
+
+from ..arm.model import ArmModel
+from ..config import Scenario
+from ..episode import run
+from ..exceptions import PilegraspError
+from ..programs.attempt import prepare
+from ..tasks.gains import load_gains
+from ..types import Array
+from .objectives import Measured, combined, measure
+from .stability_margin import stiffness_probe
+
+REQUIRED_MARGIN = 2.0
+"""By which factor the stiffness must be able to grow before the loop rings; 2 to 5 is usual for a gain margin
+(K. J. Åström and R. M. Murray, Feedback Systems, 2nd ed., 2021, section 10.3)."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrialWork:
+    """What a worker needs to know.
+
+    Attributes:
+        number: of the trial; negative where it belongs to no search.
+        scenario: with controller and file of gains set.
+        seeds: of the attempts.
+        late: control periods by which the torque is late where the ringing is looked for.
+    """
+
+    number: int
+    scenario: Scenario
+    seeds: tuple[int, ...]
+    late: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class TrialReport:
+    """What came of a trial.
+
+    Attributes:
+        number: of the trial.
+        measured: over all seeds; None where an attempt could not be measured.
+        ringing: at factor 1 and at `REQUIRED_MARGIN` on the stiffness, 1 and more is ringing; () where not looked for.
+        success: share of the attempts with success, such as an object held.
+        reason: why there is nothing measured, or "".
+        wall_time: [s].
+    """
+
+    number: int
+    measured: Measured | None
+    ringing: tuple[float, ...]
+    success: float
+    reason: str
+    wall_time: float
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the attempts were completed and the loop keeps its margin."""
+        return self.measured is not None and bool(self.ringing) and max(self.ringing) < 1.0
+
+
+@lru_cache(maxsize=4)
+def resting_arm(scenario: Scenario, seed: int) -> tuple[ArmModel, Array]:
+    """Return the scenario's arm with its hand's mass, and (nv,) the posture in which its attempt begins [rad].
+
+    Raises:
+        PilegraspError: where the scenario cannot be prepared.
+    """
+    attempt = prepare(scenario, seed)
+    return attempt.arm, attempt.simulation.observe().q
+
+
+def evaluate(task: TrialWork) -> TrialReport:
+    """Carry out a trial; what goes wrong in it is its reason, and no error."""
+    start = perf_counter()
+    scenario = task.scenario
+    measured: Measured | None = None
+    ringing: tuple[float, ...] = ()
+    success, reason = 0, ""
+    try:
+        parts = []
+        for seed in task.seeds:
+            result = run(scenario, seed=seed, record=True)
+            parts.append(measure(result, scenario))
+            success += result.success
+        ringing = _ringing(task)
+        measured = combined(parts)
+    except PilegraspError as error:
+        reason = " ".join(str(error).split())
+    return TrialReport(task.number, measured, ringing, success / len(task.seeds), reason, perf_counter() - start)
+
+
+def _ringing(task: TrialWork) -> tuple[float, ...]:
+    controller = task.scenario.controller
+    # The posture does not depend on the gains, which would only spoil the cache.
+    usual = controller.model_copy(update={"gains": None})
+    arm, q = resting_arm(task.scenario.model_copy(update={"controller": usual}), task.seeds[0])
+    gains = load_gains(Path(str(controller.gains)))
+    probe = stiffness_probe(arm, gains, q, rate=controller.rate, solver=controller.solver, late=task.late)
+    return probe(1.0), probe(REQUIRED_MARGIN)

@@ -1,0 +1,1 @@
+"""What `pilegrasp doctor` and `pilegrasp bench` measure."""

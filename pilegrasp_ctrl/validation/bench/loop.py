@@ -1,0 +1,192 @@
+"""The closed loop of an attempt against bare physics of the same scene along the same trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from time import perf_counter, thread_time
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from ...config import load_scenario
+from ...episode import _Loop
+from ...programs.attempt import prepare
+from ...sim.backend import Simulation
+from ...types import Array, Observation
+from .result import LoopRow
+
+CHUNK = 50
+"""Control periods between two replays."""
+
+
+class Chunk(NamedTuple):
+    """`CHUNK` control periods, and the same physics steps without anything around them.
+
+    Attributes:
+        start: simulated time [s].
+        loop: processor time that the loop took [s].
+        bare: processor time of the engine's steps alone, when the same commands were replayed from the same state [s].
+        control: from one observation to its command: the arm's state, the primitive and the controller; the median [s].
+        same: whether the replay ended in the very same state.
+    """
+
+    start: float
+    loop: float
+    bare: float
+    control: float
+    same: bool
+
+
+class MeteredSimulation(Simulation):
+    """A simulation that takes the time of the loop around it, and replays every chunk of commands without the loop.
+
+    The replay runs on data of its own, from the state at the chunk's start, so the loop goes on as if nothing had
+    happened. Its time and that of the notes taken are not counted. Loop and replay are timed by the processor time of
+    the thread, in which other programs do not count.
+    """
+
+    def __init__(self, inner: Simulation) -> None:
+        """Take the place of `inner`, whose data and sensor it uses from now on."""
+        vars(self).update(vars(inner))
+        self._model = self.scene.model
+        self._twin = mujoco.MjData(self._model)
+        self._kind = mujoco.mjtState.mjSTATE_INTEGRATION
+        self._state, self._after = (np.empty(mujoco.mj_stateSize(self._model, self._kind)) for _ in range(2))
+        self.chunks: list[Chunk] = []
+        self._commands: list[Array] = []
+        self._controls: list[float] = []
+        self._observed = perf_counter()
+        self._open()
+
+    def observe(self) -> Observation:
+        """Close the chunk if it is full."""
+        if len(self._commands) == CHUNK:
+            self._close()
+        observation = super().observe()
+        self._observed = perf_counter()
+        return observation
+
+    def apply(self, torque: Array, closure: float) -> None:
+        """Set the command."""
+        self._controls.append(perf_counter() - self._observed)
+        super().apply(torque, closure)
+
+    def step(self) -> None:
+        """Advance by one control period, and note the command."""
+        start = perf_counter()
+        self._commands.append(self.data.ctrl.copy())
+        self._notes += perf_counter() - start
+        super().step()
+
+    def _open(self) -> None:
+        mujoco.mj_getState(self._model, self.data, self._state, self._kind)
+        self._start, self._notes = float(self.data.time), 0.0
+        self._commands.clear()
+        self._controls.clear()
+        self._begun = thread_time()
+
+    def _close(self) -> None:
+        loop = thread_time() - self._begun - self._notes
+        control = float(np.median(self._controls))
+        bare, same = self._replay()
+        self.chunks.append(Chunk(self._start, loop, bare, control, same))
+        self._open()
+
+    def _replay(self) -> tuple[float, bool]:
+        """Return the processor time of the engine's steps, and whether they led to the state of the loop."""
+        model, twin, steps = self._model, self._twin, range(self._steps)
+        mujoco.mj_setState(model, twin, self._state, self._kind)
+        begun = thread_time()
+        for command in self._commands:
+            twin.ctrl[:] = command
+            for _ in steps:
+                mujoco.mj_step(model, twin)
+        bare = thread_time() - begun
+        mujoco.mj_getState(model, self.data, self._state, self._kind)
+        mujoco.mj_getState(model, twin, self._after, self._kind)
+        return bare, bool(np.array_equal(self._state, self._after))
+
+
+class LoopTiming(NamedTuple):
+    """Attempts with a clock in the loop.
+
+    Attributes:
+        scenario: its name.
+        period: of the control [s].
+        chunks: of all attempts, in order.
+        push: for each chunk, whether it lies within the push.
+    """
+
+    scenario: str
+    period: float
+    chunks: tuple[Chunk, ...]
+    push: tuple[bool, ...]
+
+
+def time_loop(
+    scenario: str,
+    seeds: Sequence[int],
+    overrides: Mapping[str, Any] | None = None,
+    done: Callable[[], None] = lambda: None,
+) -> LoopTiming:
+    """Run one attempt for each seed.
+
+    Args:
+        scenario: name of a scenario.
+        seeds: of piles and sensor noise.
+        overrides: dotted keys and values.
+        done: called after each attempt.
+
+    Raises:
+        PilegraspError: where the scenario cannot be run.
+    """
+    chosen = load_scenario(scenario, overrides)
+    chunks: list[Chunk] = []
+    push: list[bool] = []
+    period = np.nan
+    for seed in seeds:
+        attempt = prepare(chosen, seed)
+        simulation, period = MeteredSimulation(attempt.simulation), attempt.period
+        result = _Loop(replace(attempt, simulation=simulation), False, None).run()
+        pushes = [(outcome.start, outcome.end) for outcome in result.outcomes if outcome.name == "push"]
+        length = CHUNK * period
+        for chunk in simulation.chunks:
+            chunks.append(chunk)
+            push.append(any(start <= chunk.start and chunk.start + length <= end for start, end in pushes))
+        done()
+    return LoopTiming(scenario, period, tuple(chunks), tuple(push))
+
+
+def loop_rows(timing: LoopTiming, suffix: str = "") -> tuple[LoopRow, ...]:
+    """Return the statistics of the push, where the attempts have one, and of whole attempts.
+
+    Args:
+        timing: of the attempts.
+        suffix: to the names of both.
+    """
+    phases = {
+        "push": [index for index, inside in enumerate(timing.push) if inside],
+        "attempt": list(range(len(timing.chunks))),
+    }
+    return tuple(_loop_row(phase + suffix, timing, indices) for phase, indices in phases.items() if indices)
+
+
+def _loop_row(phase: str, timing: LoopTiming, indices: list[int]) -> LoopRow:
+    chunks = [timing.chunks[index] for index in indices]
+    seconds = np.array([(chunk.loop, chunk.bare, CHUNK * chunk.control) for chunk in chunks])
+    low, ratio, high = np.percentile(seconds[:, 0] / seconds[:, 1], [10.0, 50.0, 90.0]).tolist()
+    period, bare, control = (1e6 / CHUNK * np.median(seconds, axis=0)).tolist()
+    return LoopRow(
+        phase=phase,
+        chunks=len(chunks),
+        ratio=ratio,
+        ratio_p10=low,
+        ratio_p90=high,
+        period_us=period,
+        bare_us=bare,
+        control_us=control,
+        glue_us=period - bare - control,
+        realtime_factor=len(chunks) * CHUNK * timing.period / float(seconds[:, 0].sum()),
+    )

@@ -1,0 +1,130 @@
+"""What every tick of the benchmark is fed: the states that an arm passes through while it follows a straight line."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arm.model import ArmModel
+from ...control.operational_space import OperationalSpaceController
+from ...exceptions import ModelError
+from ...plant.arm_simulation import ArmSimulation
+from ...trajectories.straight_line import StraightLine
+from ...types import Array, Observation, Reference, frozen_array
+
+RATE = 500.0
+"""Of the control loop [Hz]."""
+
+DISPLACEMENT = (0.0, 0.1, 0.05)
+"""Of the line [m]."""
+
+SPEED = 0.1
+"""Along it [m/s]."""
+
+TIGHT = 0.6
+"""Share of the line's largest joint speeds that the tightened arm may use."""
+
+
+class BenchArm(NamedTuple):
+    """An arm of the benchmark.
+
+    Attributes:
+        name: "wam7" or "panda".
+        frame: name of the controlled frame.
+        posture: (nv,) where the line starts, and the preferred posture [rad].
+    """
+
+    name: str
+    frame: str
+    posture: Array
+
+    def load(self) -> ArmModel:
+        """Return the arm without a tool.
+
+        Raises:
+            ModelError: where the Panda's files are not installed.
+        """
+        if self.name == "wam7":
+            return ArmModel.load("wam7")
+        return ArmModel.from_urdf(panda_urdf(), self.frame, locked_joints=PANDA_FINGERS, name="panda")
+
+
+PANDA_FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
+
+# The WAM holds its hand over a pile in front of it, the Panda is near its maker's ready pose; in neither is an axis
+# aligned with the world.
+ARMS = (
+    BenchArm("wam7", "flange", frozen_array([0.26, 0.82, -0.01, 1.68, -0.87, 0.81, -1.03], (7,), "posture")),
+    BenchArm("panda", "panda_hand_tcp", frozen_array([0.1, -0.3, 0.2, -2.0, 0.1, 1.7, 0.3], (7,), "posture")),
+)
+
+
+class RecordedLine(NamedTuple):
+    """States of an arm on its line, and where it should be at each.
+
+    Attributes:
+        arm: the arm.
+        source: where it came from.
+        observations: one for each control period.
+        references: likewise.
+    """
+
+    arm: ArmModel
+    source: BenchArm
+    observations: tuple[Observation, ...]
+    references: tuple[Reference, ...]
+
+
+def record_line(source: BenchArm, arm: ArmModel) -> RecordedLine:
+    """Run the closed loop along the line once, joint friction included, and keep every period's observation."""
+    line = StraightLine(arm.update(source.posture, np.zeros(arm.nv)).pose, DISPLACEMENT, SPEED)
+    controller = OperationalSpaceController(arm, posture=source.posture, rate=RATE)
+    observations: list[Observation] = []
+
+    def torque(observation: Observation) -> Array:
+        observations.append(observation)
+        return controller.step(observation, line.at(observation.time)).command.torque
+
+    for _ in ArmSimulation(arm).run(torque, source.posture, line.duration, rate=RATE):
+        pass
+    return RecordedLine(arm, source, tuple(observations), tuple(line.at(item.time) for item in observations))
+
+
+def tighten(line: RecordedLine) -> ArmModel:
+    """Return the line's arm with speed limits that the line would exceed: most ticks then have active limits."""
+    arm = line.arm
+    peak = np.abs([observation.v for observation in line.observations]).max(axis=0)
+    # A joint that hardly moves keeps a speed at which its limit can be held without chatter.
+    speed = np.minimum(np.maximum(TIGHT * peak, 0.02), arm.velocity_limit)
+    return ArmModel(
+        arm.pinocchio_model,
+        line.source.frame,
+        name=arm.name,
+        q_lower=arm.q_lower,
+        q_upper=arm.q_upper,
+        velocity_limit=speed,
+        torque_limit=arm.torque_limit,
+        friction_coulomb=arm.friction_coulomb,
+        friction_viscous=arm.friction_viscous,
+        joint_to_motor=arm.joint_to_motor,
+        motor_torque_limit=arm.motor_torque_limit,
+    )
+
+
+def panda_urdf() -> Path:
+    """Return the Panda's URDF from example-robot-data, which since release 6 is data without a Python module.
+
+    Raises:
+        ModelError: where the package is not installed or has no such file.
+    """
+    try:
+        package = importlib.metadata.distribution("example-robot-data")
+    except importlib.metadata.PackageNotFoundError:
+        raise ModelError("the Panda's model is not installed; pip install example-robot-data") from None
+    found = [file for file in package.files or () if str(file).endswith("urdf/panda.urdf")]
+    if not found:
+        raise ModelError("example-robot-data has no file urdf/panda.urdf; pip install 'example-robot-data>=6'")
+    return Path(str(package.locate_file(found[0])))

@@ -1,0 +1,165 @@
+"""The project's own control tick as pieces of work: state to torque, whole and by stages, and what it allocates."""
+
+from __future__ import annotations
+
+import sys
+import tracemalloc
+from collections.abc import Callable, Sequence
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...control.friction_compensation import FrictionCompensation
+from ...control.impedance import ImpedanceController
+from ...control.inverse_dynamics import InverseDynamics
+from ...control.operational_space import DEFAULT_GAINS, OperationalSpaceController
+from ...tasks.frame_motion_task import FrameMotionTask
+from ...tasks.frame_task import pose_error
+from ...tasks.gains import Impedance
+from ...tasks.posture_task import PostureTask
+from ...types import Array, ControllerOutput
+from .clock import LEAD_IN, WARM_UP, Timing, Work
+from .motion import RATE, RecordedLine
+
+SPRINGS = Impedance(stiffness=[800.0, 800.0, 800.0, 30.0, 30.0, 30.0])
+"""Of the impedance tick: of the order of the shipped ones [N/m, N·m/rad]."""
+
+FREE_LIST = 3000
+"""Ticks before memory is watched: the interpreter keeps up to 2000 small tuples of each size for later use."""
+
+STAGES = ("arm.update", "task and bounds", "friction", "QP", "torque")
+
+
+class Allocation(NamedTuple):
+    """What a tick asks of the memory allocator, by tracemalloc, less what the same measurement of nothing gives.
+
+    Attributes:
+        peak_bytes: most that is held at any moment of a tick beyond what was held before it (median over ticks).
+        kept_blocks: number of Python objects that the answer of a tick keeps while it is held (median).
+        kept_bytes: their size (median).
+        growth_blocks: Python objects more after `ticks` further ticks whose answers were dropped.
+        growth_bytes: bytes more.
+        ticks: number of those.
+    """
+
+    peak_bytes: float
+    kept_blocks: float
+    kept_bytes: float
+    growth_blocks: int
+    growth_bytes: int
+    ticks: int
+
+
+def operational_space(
+    line: RecordedLine, solver: str = "daqp", compiled: bool = False
+) -> Callable[[int], ControllerOutput]:
+    """Return the tick of `OperationalSpaceController` with every limit and friction feed-forward."""
+    chosen: dict[str, Any] = {"solver": solver, "rate": RATE, "compiled": compiled}
+    return _tick(line, OperationalSpaceController(line.arm, posture=line.source.posture, **chosen))
+
+
+def impedance(line: RecordedLine) -> Callable[[int], ControllerOutput]:
+    """Return the tick of `ImpedanceController` with every limit and friction feed-forward."""
+    return _tick(line, ImpedanceController(line.arm, SPRINGS, line.source.posture, rate=RATE))
+
+
+def _tick(
+    line: RecordedLine, controller: OperationalSpaceController | ImpedanceController
+) -> Callable[[int], ControllerOutput]:
+    observations, references, count = line.observations, line.references, len(line.observations)
+
+    def tick(index: int) -> ControllerOutput:
+        index %= count
+        return controller.step(observations[index], references[index])
+
+    return tick
+
+
+class StagedTick:
+    """The operational-space tick with a clock read between its stages.
+
+    The same calls as in `OperationalSpaceController.step`, made one by one, so that the stages exceed the tick by the
+    clock's own time only. "QP" is what the controller reports as its `solve_time`: the solver, and the check of the
+    bounds at its answer. "torque" is the rest of the last call.
+    """
+
+    def __init__(self, line: RecordedLine, solver: str = "daqp") -> None:
+        """Set up the program as the controller does."""
+        arm = line.arm
+        self._line, self._arm = line, arm
+        self._task = FrameMotionTask(DEFAULT_GAINS)
+        self._dynamics = InverseDynamics(arm, self._task, PostureTask(line.source.posture), solver=solver, rate=RATE)
+        self._friction = FrictionCompensation(arm)
+        self._durations: list[tuple[float, ...]] = []
+        self._skip = LEAD_IN + WARM_UP + LEAD_IN
+        self._blocks: list[Array] = []
+
+    def work(self, key: str) -> Work:
+        """Return the tick as a piece of work; its stages are kept aside."""
+        return Work(key, self._tick)
+
+    def _tick(self, index: int) -> None:
+        index %= len(self._line.observations)
+        observation, reference = self._line.observations[index], self._line.references[index]
+        dynamics = self._dynamics
+        start = perf_counter()
+        state = self._arm.update(observation.q, observation.v)
+        updated = perf_counter()
+        error = pose_error(state, reference)
+        dynamics.assemble(state, self._task.acceleration(state, reference, error))
+        assembled = perf_counter()
+        feedforward = self._friction.torque(dynamics, reference, error)
+        fed = perf_counter()
+        output = dynamics.solve(state, feedforward)
+        end = perf_counter()
+        solving = output.solve_time
+        self._durations.append((updated - start, assembled - updated, fed - assembled, solving, end - fed - solving))
+
+    def block_done(self) -> None:
+        """Close a block of stages; to be called after each round."""
+        self._blocks.append(np.array(self._durations[self._skip :]))
+        self._durations, self._skip = [], LEAD_IN
+
+    def timings(self) -> dict[str, Timing]:
+        """Return how long each stage took."""
+        return {name: Timing.of([block[:, column] for block in self._blocks]) for column, name in enumerate(STAGES)}
+
+
+def allocations(tick: Callable[[int], object], ticks: int) -> Allocation:
+    """Trace the memory of a tick, in a pass of its own because tracing slows it several times.
+
+    Args:
+        tick: the tick.
+        ticks: over how many to watch for growth.
+    """
+    for index in range(FREE_LIST):
+        tick(index)
+    tracemalloc.start()
+    try:
+        nothing, answer = _trace(lambda index: None, ticks), _trace(tick, ticks)
+    finally:
+        tracemalloc.stop()
+    peak, kept_blocks, kept, grown_blocks, grown = (own - idle for own, idle in zip(answer, nothing, strict=True))
+    return Allocation(peak, kept_blocks, kept, int(grown_blocks), int(grown), ticks)
+
+
+def _trace(tick: Callable[[int], object], ticks: int) -> list[float]:
+    """Return the numbers of an `Allocation` but the last."""
+    samples = [_one(tick, index) for index in range(min(ticks, 50))]
+    blocks, size = sys.getallocatedblocks(), tracemalloc.get_traced_memory()[0]
+    for index in range(ticks):
+        tick(index)
+    grown_size, grown_blocks = tracemalloc.get_traced_memory()[0] - size, sys.getallocatedblocks() - blocks
+    return [*np.median(samples, axis=0).tolist(), grown_blocks, grown_size]
+
+
+def _one(tick: Callable[[int], object], index: int) -> Sequence[float]:
+    """Return peak bytes, blocks kept and bytes kept of one tick whose answer is held."""
+    tracemalloc.reset_peak()
+    before, blocks = tracemalloc.get_traced_memory()[0], sys.getallocatedblocks()
+    answer = tick(index)
+    after, peak = tracemalloc.get_traced_memory()
+    kept = sys.getallocatedblocks() - blocks
+    del answer
+    return peak - before, kept, after - before

@@ -1,0 +1,144 @@
+"""Checks of an installation: the packages, the solvers, the agreement of the two engines, one short attempt."""
+
+from __future__ import annotations
+
+import platform
+import shutil
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from .. import __version__
+from ..exceptions import ModelError, PilegraspError
+
+PACKAGES = (
+    "pin",
+    "mujoco",
+    "qpsolvers",
+    "osqp",
+    "daqp",
+    "mink",
+    "example-robot-data",
+    "meshcat",
+    "pillow",
+    "tornado",
+    "numpy",
+    "scipy",
+    "pydantic",
+    "typer",
+    "rich",
+    "optuna",
+    "matplotlib",
+    "seaborn",
+)
+
+SOLVERS = ("daqp", "osqp")
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+
+AGREEMENT = 1e-9
+"""Largest relative difference between the engines; the rounding of both together is below 1e-13."""
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One line of the report; a check that is not `required` may be absent."""
+
+    name: str
+    ok: bool
+    detail: str
+    required: bool = True
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the fields as plain JSON values."""
+        return asdict(self)
+
+
+def examine() -> list[Check]:
+    """Carry out every check; a check that raises has failed, and the others go on."""
+    return [
+        Check("pilegrasp", True, f"{__version__} on Python {platform.python_version()}, {platform.platform()}"),
+        *(_check(name, partial(_version, name)) for name in PACKAGES),
+        *(_check(f"solver {name}", partial(_solver, name)) for name in SOLVERS),
+        _check("engines agree", _engines),
+        _browser(),
+        _check("short run", _short_run),
+    ]
+
+
+def _check(name: str, question: Callable[[], str]) -> Check:
+    try:
+        return Check(name, True, question())
+    except Exception as error:
+        return Check(
+            name, False, str(error) if isinstance(error, PilegraspError) else f"{type(error).__name__}: {error}"
+        )
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        raise PilegraspError(f"is not installed; pip install {name}") from None
+
+
+def _solver(name: str) -> str:
+    """Minimise (x - 2)² subject to x <= 1; the answer is 1."""
+    import numpy as np
+    from qpsolvers import solve_qp
+    from scipy.sparse import csc_matrix
+
+    one: Any = csc_matrix([[1.0]]) if name == "osqp" else np.eye(1)
+    x = solve_qp(one, np.array([-2.0]), one, np.array([1.0]), solver=name)
+    if x is None or abs(x[0] - 1.0) > 1e-2:
+        raise PilegraspError(f"answers {x} where 1 is right")
+    return "solves a test problem"
+
+
+def _engines() -> str:
+    """Compare inertia, bias force and flange position of the WAM at random states in Pinocchio and in MuJoCo."""
+    import mujoco
+    import numpy as np
+    import pinocchio as pin
+
+    from ..robots import path
+
+    model = pin.buildModelFromUrdf(str(path("wam7", "wam7.urdf")))
+    twin = mujoco.MjModel.from_xml_path(str(path("wam7", "wam7.xml")))
+    data, twin_data = model.createData(), mujoco.MjData(twin)
+    inertia = np.zeros((twin.nv, twin.nv))
+    rng = np.random.default_rng(0)
+    worst = 0.0
+    for _ in range(10):
+        twin_data.qpos[:] = q = rng.uniform(model.lowerPositionLimit, model.upperPositionLimit)
+        twin_data.qvel[:] = v = rng.uniform(-1.0, 1.0, model.nv)
+        pin.computeAllTerms(model, data, q, v)
+        pin.updateFramePlacements(model, data)
+        mujoco.mj_forward(twin, twin_data)
+        mujoco.mj_fullM(twin, twin_data, inertia)
+        pairs = (
+            (data.M - np.diag(model.armature), inertia - np.diag(twin.dof_armature)),
+            (data.nle, twin_data.qfrc_bias),
+            (data.oMf[model.getFrameId("flange")].translation, twin_data.site("flange").xpos),
+        )
+        worst = max(worst, *(float(np.abs(a - b).max() / np.abs(a).max()) for a, b in pairs))
+    if not worst < AGREEMENT:
+        raise ModelError(f"Pinocchio and MuJoCo differ by {worst:.1e} on the WAM; {AGREEMENT:.0e} is allowed")
+    return f"Pinocchio and MuJoCo differ by at most {worst:.0e} on the WAM"
+
+
+def _browser() -> Check:
+    found = next((place for name in BROWSERS if (place := shutil.which(name))), None)
+    detail = found or "no Chromium, which the tests of the pages want; the pages open in any browser"
+    return Check("browser", found is not None, detail, required=False)
+
+
+def _short_run() -> str:
+    from ..episode import run
+
+    result = run("free_space_line", overrides={"line.displacement": [0.0, 0.03, 0.0]}).as_dict()
+    if not result["success"]:
+        raise PilegraspError(f"free_space_line did not succeed: {result['reason']}")
+    return f"{result['sim_time']:.1f} s simulated at {result['realtime_factor']:.1f}x real time"

@@ -1,0 +1,155 @@
+"""The world of an attempt with a hand that does not move, one object that does, and one that is fixed in the air."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from ...planning.layout import WALL_DISTANCE, make_layout
+from ...sections import PileConfig, SimulationConfig, SupportConfig
+from ...sim.contact import Rule
+from ...sim.hand import Hand
+from ...sim.object_model import ObjectModel
+from ...sim.scene import furnish, new_spec
+from ...types import Array, Pose
+
+SHIPPED_STEP, SHIPPED_RULE = SimulationConfig().timestep, SimulationConfig().contact_rule
+GRAVITY = 9.81
+TOOL = Pose(np.array([0.5, 0.0, 0.8]))
+"""Of the hand: in the air, its palm (or the scoop's floor) facing up."""
+FIXED_OBJECT = np.array([0.7, -0.4, 0.5])
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A place on a surface: the geom's name, a point (3,) [m] on it and its outward normal (3,)."""
+
+    geom: str
+    point: Array
+    normal: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactRig:
+    """What a contact is measured on, made by the functions that make an attempt's scene.
+
+    Attributes:
+        kind: of the two objects; `object_0` is fixed, `object_1` is the only thing that moves.
+        hand: mounted on nothing, its joints removed.
+        model: the compiled model; its gravity is set by each measurement.
+        spots: by the names "table", "wall", "object", and those of the hand.
+    """
+
+    kind: ObjectModel
+    hand: Hand
+    model: mujoco.MjModel
+    spots: dict[str, Spot]
+
+    @classmethod
+    def build(
+        cls, kind: ObjectModel, hand: Hand, timestep: float = SHIPPED_STEP, rule: Rule = SHIPPED_RULE
+    ) -> ContactRig:
+        """Compile the rig for one kind of object and one hand at a step of the physics [s]."""
+        spec = new_spec(timestep)
+        flange = TOOL @ hand.transform_tool_to_flange.inverse()
+        quaternion = np.zeros(4)
+        mujoco.mju_mat2Quat(quaternion, flange.rotation.ravel())
+        hand.add_to(spec, spec.worldbody.add_site(name="flange", pos=flange.translation, quat=quaternion))
+        for movable in (*spec.actuators, *spec.tendons, *spec.joints):
+            spec.delete(movable)
+        # A net would tie the two objects together.
+        kind = replace(kind, net=None)
+        layout = make_layout(SupportConfig(), PileConfig(count=2), kind.diameter)
+        furnish(spec, hand, kind, 2, layout, rule)
+        spec.delete(spec.body("object_0").joints[0])
+        spec.body("object_0").pos = FIXED_OBJECT
+        # What sleeps would not notice that gravity turns.
+        spec.option.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        vertical = np.array([0.0, 0.0, 1.0])
+        spots = {
+            "table": Spot("table", np.array([0.6, 0.3, 0.0]), vertical),
+            "wall": Spot("wall", np.array([WALL_DISTANCE, 0.0, 0.08]), np.array([-1.0, 0.0, 0.0])),
+            "object": Spot("object_0", FIXED_OBJECT + extent(kind, 2) * vertical, vertical),
+            **(_shovel_spots(hand) if hand.name == "shovel" else _palm_spots(data)),
+        }
+        return cls(kind, hand, model, spots)
+
+    def place(self, spot: Spot, height: float, axis: int = 2) -> mujoco.MjData:
+        """Return a state with the object at rest over a spot, and turn gravity toward the spot.
+
+        Args:
+            spot: where the object would land.
+            height: of the gap between object and surface [m].
+            axis: of the object that stands on the surface: 2, or 0 for what lies on its side.
+        """
+        normal = spot.normal
+        self.lean(spot, 0.0)
+        data = mujoco.MjData(self.model)
+        data.qpos[:3] = spot.point + (height + extent(self.kind, axis)) * normal
+        along = tangent(spot)
+        across = np.cross(along, normal)
+        # What lies on its side has its axis 2 across the slope, so that it can roll down.
+        rotation = np.column_stack([across, along, normal] if axis == 2 else [normal, along, -across])
+        mujoco.mju_mat2Quat(data.qpos[3:7], np.ascontiguousarray(rotation).ravel())
+        return data
+
+    def lean(self, spot: Spot, slope: float) -> None:
+        """Turn gravity from the normal of a spot by `slope` [rad] along `tangent(spot)`."""
+        self.model.opt.gravity[:] = GRAVITY * (math.sin(slope) * tangent(spot) - math.cos(slope) * spot.normal)
+
+
+def tangent(spot: Spot) -> Array:
+    """Return a unit vector (3,) along the surface, horizontal."""
+    along = np.cross(spot.normal, [1.0, 0.0, 0.0] if abs(spot.normal[0]) < 0.9 else [0.0, 0.0, 1.0])
+    return np.asarray(along / np.linalg.norm(along))
+
+
+def extent(kind: ObjectModel, axis: int) -> float:
+    """Return the distance [m] from an object's centre to its surface along its axis 0 or 2."""
+    if kind.shape == "cylinder":
+        return kind.half_size[0] if axis == 0 else kind.half_size[1]
+    return kind.half_size[min(axis, len(kind.half_size) - 1)]
+
+
+def bouncing(kind: ObjectModel, restitution: float) -> ObjectModel:
+    """Return the kind with another restitution."""
+    return replace(kind, surface=replace(kind.surface, restitution=restitution))
+
+
+def bouncing_hand(hand: Hand, restitution: float) -> Hand:
+    """Return the hand with another restitution."""
+    surface = {**hand.parameters["surface"], "restitution": restitution}
+    return Hand(hand.name, {**hand.parameters, "surface": surface})
+
+
+def _shovel_spots(hand: Hand) -> dict[str, Spot]:
+    scoop = hand.parameters["scoop"]
+    length, thickness = scoop["length"], scoop["thickness"]
+    floor = TOOL.translation + TOOL.rotation @ [-0.5 * length, 0.0, thickness]
+    back = TOOL.translation + TOOL.rotation @ [thickness - length, 0.0, 0.7 * scoop["back_height"]]
+    return {
+        "shovel floor": Spot("scoop_floor", floor, TOOL.rotation[:, 2]),
+        "shovel back": Spot("scoop_back", back, TOOL.rotation[:, 0]),
+    }
+
+
+def _palm_spots(data: Any) -> dict[str, Spot]:
+    pad, finger = data.geom("palm_pad"), data.geom("middle_3")
+    axes, along = pad.xmat.reshape(3, 3), finger.xmat.reshape(3, 3)[:, 2]
+    size = data.model.geom("palm_pad").size
+    # 4 mm off the middle, where a ball is clear of the fingers.
+    palm = pad.xpos + axes @ [0.004, 0.0, size[2]]
+    normal = TOOL.rotation[:, 2] - along * along.dot(TOOL.rotation[:, 2])
+    normal /= np.linalg.norm(normal)
+    radius = data.model.geom("middle_3").size[0]
+    return {
+        "palm": Spot("palm_pad", palm, axes[:, 2]),
+        "finger": Spot("middle_3", finger.xpos + radius * normal, normal),
+    }

@@ -1,0 +1,106 @@
+"""Penetration: nothing passes through anything at 0.7 m/s, and a resting pile neither overlaps nor creeps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from ...config import load_scenario
+from ...episode import run_attempt
+from ...exceptions import SimulationError
+from ...planning.layout import WALL_DISTANCE, make_layout
+from ...programs.attempt import prepare
+from ...sections import PileConfig, SupportConfig
+from ...sim.drop import FRAME_HEIGHT
+from ...sim.hand import Hand
+from ...sim.objects import OBJECT_MODELS
+from ...sim.pile import pile_model, settle_pile
+from ...sim.stepper import Stepper
+from ...sim.watchdog import MAX_PENETRATION
+from .contact_rig import SHIPPED_STEP, ContactRig
+from .physics_check import PhysicsCheck
+
+FASTEST = 0.7
+"""Of a push, as a scenario allows it [m/s]."""
+REST_TIME = 1.0
+OVERLAP, CREEP = 1.0, 1.0
+"""Allowed in a pile at rest [mm], [mm/s]."""
+PILES = (
+    ("light_sphere", 18),
+    ("heavy_sphere", 18),
+    ("cylinder", 14),
+    ("cube", 14),
+    ("apple", 18),
+    ("lime_net", 15),
+)
+
+
+def impact_depth(rig: ContactRig, where: str, speed: float) -> float:
+    """Throw the object at a spot [m/s]; return how deep it goes in [m], infinite where it does not come back."""
+    spot = rig.spots[where]
+    data = rig.place(spot, 0.01)
+    data.qvel[:3] = -speed * spot.normal
+    surface = data.qpos[:3].dot(spot.normal) - 0.01
+    depth = 0.0
+    for _ in range(round(0.2 / rig.model.opt.timestep)):
+        mujoco.mj_step(rig.model, data)
+        depth = max(depth, surface - data.qpos[:3].dot(spot.normal))
+    return depth if data.qpos[:3].dot(spot.normal) > surface - MAX_PENETRATION else float("inf")
+
+
+def passed_through(hand: str, count: int) -> int:
+    """Push `count` balls, or the bare wall, at 0.7 m/s in an attempt; return how much went wrong.
+
+    Counted are objects behind the wall or below the table at the end, and a stop by the watchdog, which looks for
+    contacts deeper than `MAX_PENETRATION` every 10 ms.
+    """
+    keys = {"hand": hand, "strategy.speed": FASTEST, "pile.count": count}
+    attempt = prepare(load_scenario("spheres_wall" if count else "push_wall", keys), 0)
+    stopped = False
+    try:
+        run_attempt(attempt)
+    except SimulationError:
+        stopped = True
+    scene, data = attempt.simulation.scene, attempt.simulation.data
+    positions = data.xpos[list(scene.objects)]
+    return int(stopped) + int(((positions[:, 0] > WALL_DISTANCE) | (positions[:, 2] < 0.0)).sum())
+
+
+def rest(name: str, count: int, seed: int = 0) -> tuple[float, float]:
+    """Return the deepest overlap [m] and the fastest creep [m/s] of a settled pile in a second, as in an attempt."""
+    kind = OBJECT_MODELS[name]
+    layout = make_layout(SupportConfig(), PileConfig(object=name, count=count), kind.diameter)
+    poses = settle_pile(kind, count, layout, seed, "paper", SHIPPED_STEP).poses
+    model = pile_model(kind, count, layout, "paper", SHIPPED_STEP)
+    data = mujoco.MjData(model)
+    data.qpos[:] = poses.ravel()
+    data.mocap_pos[0, 2] = 2.0 * FRAME_HEIGHT
+    depth = 0.0
+    stepper = Stepper(model, data)
+    for _ in range(round(REST_TIME / SHIPPED_STEP)):
+        stepper.step()
+        depth = max(depth, -float(data.contact.dist.min(initial=0.0)))
+    moved = np.linalg.norm(data.qpos.reshape(count, 7)[:, :3] - poses[:, :3], axis=1).max()
+    return depth, float(moved) / REST_TIME
+
+
+def penetration_checks() -> Iterator[PhysicsCheck]:
+    """Check impacts and attempts at 0.7 m/s, then piles at rest."""
+    limit = 1e3 * MAX_PENETRATION
+    for name in ("light_sphere", "heavy_sphere", "cube"):
+        rig = ContactRig.build(OBJECT_MODELS[name], Hand.load("shovel"))
+        for where in ("wall", "shovel back"):
+            depth = 1e3 * impact_depth(rig, where, FASTEST)
+            words = f"depth: {name.replace('_', ' ')} into {where} at 0.7 m/s"
+            yield PhysicsCheck(words, 0.0, depth, limit, "mm", "<=")
+    for hand in ("rbo_hand2", "shovel"):
+        for count, before in ((0, "the bare wall"), (1, "a ball before the wall")):
+            words = f"passed through: {hand.replace('_', ' ')} against {before} at 0.7 m/s"
+            yield PhysicsCheck(words, 0.0, passed_through(hand, count), 0.0, "-", "<=")
+    for name, count in PILES:
+        depth, creep = rest(name, count)
+        words = f"{count} {name.replace('_', ' ')}s"
+        yield PhysicsCheck(f"rest: overlap in {words}", 0.0, 1e3 * depth, OVERLAP, "mm", "<=")
+        yield PhysicsCheck(f"rest: creep in {words}", 0.0, 1e3 * creep, CREEP, "mm/s", "<=")

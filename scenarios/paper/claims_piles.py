@@ -1,0 +1,144 @@
+"""Claims C6 to C11: number, mass and size of the objects, with and without a support."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pilegrasp_ctrl.scenarios.paper import fig09, fig10, velocity_force
+from pilegrasp_ctrl.scenarios.paper.claim import Claim, Finding, named
+from pilegrasp_ctrl.scenarios.paper.conditions import HAND, SHOVEL, sized, spheres
+from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
+from pilegrasp_ctrl.scenarios.paper.judgement import Judgement, at_least, below, greater, stated, why_open
+from pilegrasp_ctrl.scenarios.paper.sample import Sample
+
+SMALL, LARGE = (3, 5, 10, 15, 20), (60, 90)
+LIGHT, HEAVY = (0.03, 0.06), (0.36, 0.72)
+MONOTONE = -0.8
+
+
+def _never_triggers(evidence: Evidence) -> Finding:
+    alone = evidence.of(fig10.ALONE)
+    part = stated(f"{alone.triggered} of {alone.n} pushes reached F_grasp, 0 asked", alone.triggered == 0, alone)
+    return Finding((part,), {"18 heavy spheres, alone": alone})
+
+
+def _small_piles(evidence: Evidence) -> Finding:
+    conditions = {
+        f"{word}, {count}, {support}": spheres(0.06, support, hand, count)
+        for hand, word in ((HAND, "hand"), (SHOVEL, "shovel"))
+        for count in fig10.ROBOT_COUNTS
+        for support in ("wall", "corner")
+    }
+    samples = named(evidence, conditions)
+    return Finding(tuple(at_least(name, sample, 0.85) for name, sample in samples.items()), samples)
+
+
+def _without_support(evidence: Evidence) -> Finding:
+    small, large = (
+        evidence.of_all(spheres(mass, "none", SHOVEL, count) for mass in fig10.MASSES for count in counts)
+        for counts in (SMALL, LARGE)
+    )
+    samples = {"3 to 20 spheres": small, "60 and 90 spheres": large}
+    return Finding((greater("60 and 90 spheres", large, "3 to 20 spheres", small),), samples)
+
+
+def _lighter(evidence: Evidence) -> Finding:
+    parts: list[Judgement] = []
+    samples: dict[str, Sample] = {}
+    for support in ("wall", "corner"):
+        light, heavy = (evidence.of_all(spheres(m, support, SHOVEL) for m in masses) for masses in (LIGHT, HEAVY))
+        samples |= {f"{support}, 30 and 60 g": light, f"{support}, 360 and 720 g": heavy}
+        parts.append(greater(f"{support}: 30 and 60 g", light, "360 and 720 g", heavy))
+    return Finding(tuple(parts), samples)
+
+
+def _faster(evidence: Evidence) -> Finding:
+    usual, harder = evidence.of(velocity_force.USUAL), evidence.of(velocity_force.HARDER)
+    part = greater("0.25 m/s, 25 N", harder, "0.10 m/s, 17 N", usual)
+    return Finding((part,), {"0.10 m/s, 17 N": usual, "0.25 m/s, 25 N": harder})
+
+
+def _size(evidence: Evidence) -> Finding:
+    samples = named(evidence, {f"ratio {ratio:g}": sized(ratio) for ratio in fig09.RATIOS})
+    first, *_, last = samples.values()
+    grasped = [sample.mean_grasped for sample in samples.values()]
+    correlation = _spearman(fig09.RATIOS, grasped)
+    reason = why_open(*samples.values())
+    found = "none, as it is the same everywhere" if correlation is None else f"{correlation:.2f}"
+    falls = correlation is not None and correlation < MONOTONE
+    parts = (
+        Judgement(
+            f"number grasped against ratio: Spearman {found}, below {MONOTONE} asked{reason}",
+            "not decided" if reason else "holds" if falls else "fails",
+        ),
+        below(f"success at ratio {fig09.RATIOS[-1]:g}", last, 0.5),
+        greater(f"success at ratio {fig09.RATIOS[0]:g}", first, f"at ratio {fig09.RATIOS[-1]:g}", last),
+    )
+    numbers = {"ratio": list(fig09.RATIOS), "mean_grasped": grasped, "spearman": correlation}
+    return Finding(parts, samples, numbers)
+
+
+def _spearman(x: Sequence[float], y: Sequence[float]) -> float | None:
+    """Return the rank correlation, or None where y is constant."""
+    from scipy.stats import spearmanr
+
+    return float(spearmanr(x, y).statistic) if len(set(y)) > 1 else None
+
+
+CLAIMS = (
+    Claim(
+        "C6",
+        "V-E, Fig. 10",
+        "Without a support, 18 heavy spheres never trigger the grasp.",
+        "0 of 10",
+        "hand, no support, 18 heavy spheres, 10 attempts: F_grasp is never reached",
+        _never_triggers,
+        [fig10.ALONE],
+    ),
+    Claim(
+        "C7",
+        "V-E, Fig. 10",
+        "Beside a wall or in a corner, small piles suffice.",
+        "more than 85 % already for 5 objects",
+        "light spheres: at least 85 % at 5 and at 18, wall and corner, for hand and shovel",
+        _small_piles,
+        [spheres(0.06, support, HAND, 5) for support in ("wall", "corner")],
+    ),
+    Claim(
+        "C8",
+        "V-E, Fig. 10",
+        "Without a support, success grows with the pile.",
+        "success grows with the count; piles of 60 and more may do without a support",
+        "no support, 60 to 180 g, shovel: the rate at 60 and 90 objects above that at 3 to 20",
+        _without_support,
+        [spheres(0.18, "none", SHOVEL, 90), spheres(0.06, "none", SHOVEL, 90)],
+    ),
+    Claim(
+        "C9",
+        "V-F, Fig. 11",
+        "Lighter objects are easier to grasp where the pile is supported.",
+        "lighter is easier; supports hinder heavy objects",
+        "18 spheres, shovel: the rate at 30 and 60 g above that at 360 and 720 g, for wall and for corner",
+        _lighter,
+        [spheres(0.72, "corner", SHOVEL), spheres(0.72, "wall", SHOVEL)],
+    ),
+    Claim(
+        "C10",
+        "V-F",
+        "Faster and harder pushes help with heavy objects in a corner.",
+        "60 % to 85 %",
+        "18 heavy spheres, corner, hand: 0.25 m/s and 25 N above 0.10 m/s and 17 N",
+        _faster,
+        [velocity_force.USUAL, velocity_force.HARDER],
+    ),
+    Claim(
+        "C11",
+        "V-D, Fig. 9",
+        "Success and the number of objects depend on their size.",
+        "both depend on the ratio of object and end-effector",
+        "number grasped falls with the ratio (Spearman below -0.8); at the largest ratio success is below 50 % and "
+        "below that at the smallest",
+        _size,
+        [sized(fig09.RATIOS[0]), sized(fig09.RATIOS[-1])],
+    ),
+)

@@ -1,0 +1,162 @@
+"""Joint friction: what the feed-forward takes away, what it leaves, and from where on it does harm."""
+
+import numpy as np
+import pytest
+
+from arms import ARMS, HAND, HOME, load, rubbing, without_friction
+from pilegrasp_ctrl.control.friction_compensation import FrictionCompensation
+from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
+from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.plant.arm_simulation import ArmSimulation
+from pilegrasp_ctrl.plant.tracking import simulate_tracking
+from pilegrasp_ctrl.trajectories.straight_line import StraightLine
+from pilegrasp_ctrl.tuning.late_controller import LateController
+from pilegrasp_ctrl.types import Observation, Reference
+
+
+def plant(arm, factor=1.0):
+    return ArmSimulation(
+        arm, friction_coulomb=factor * arm.friction_coulomb, friction_viscous=factor * arm.friction_viscous
+    )
+
+
+def lengths(motion):
+    """Position [m] and orientation error [rad] in each period."""
+    return np.linalg.norm(motion.error[:, :3], axis=1), np.linalg.norm(motion.error[:, 3:], axis=1)
+
+
+def test_friction_is_compensated_within_a_millimetre_and_not_without_the_feed_forward():
+    arm, q = rubbing("wam7", tool=HAND), HOME["wam7"]
+    line = StraightLine(arm.update(q, np.zeros(7)).pose, [0.0, 0.1, 0.0], 0.1)
+    place, turn = {}, {}
+    for on in (True, False):
+        controller = OperationalSpaceController(arm, posture=q, friction=on)
+        place[on], turn[on] = lengths(simulate_tracking(plant(arm), controller, line.at, q, line.duration + 0.1))
+    assert place[True].max() < 2e-3
+    assert np.sqrt(np.mean(place[True] ** 2)) < 1e-3
+    assert turn[True].max() < np.radians(0.5)
+    assert np.mean(place[False] ** 2) > 9.0 * np.mean(place[True] ** 2)
+    assert turn[False].max() > 3.0 * turn[True].max()
+
+
+@pytest.mark.parametrize(("factor", "rms", "rest"), [(0.7, 1.3e-3, 0.8e-3), (1.0, 0.5e-3, 1.2e-3), (1.3, 3.5e-3, 6e-3)])
+@pytest.mark.parametrize("name", ARMS)
+def test_friction_other_than_modelled_costs_millimetres(name, factor, rms, rest):
+    """Too little in the model leaves the arm short of its goal; too much pushes it on, and costs less."""
+    arm, q = rubbing(name), HOME[name]
+    line = StraightLine(arm.update(q, np.zeros(7)).pose, [0.0, 0.15, 0.05], 0.1)
+    motion = simulate_tracking(
+        plant(arm, factor), OperationalSpaceController(arm, posture=q), line.at, q, line.duration + 1.0
+    )
+    place, _ = lengths(motion)
+    assert np.sqrt(np.mean(place[motion.time < line.duration] ** 2)) < rms
+    assert place[-1] < rest
+    # It rests there: nothing creeps or hunts.
+    assert np.ptp(motion.error[-100:], axis=0).max() < 2e-5
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_where_the_motion_reverses_friction_is_taken_along(name):
+    """The feed-forward turns with the reference, not when the sensors find that the joint has turned."""
+    arm, q = rubbing(name), HOME[name]
+    start, swing = arm.update(q, np.zeros(7)).pose, 2.0 * np.pi * 0.5
+
+    def at(time):
+        way = np.array([0.0, 0.04, 0.02])
+        twist, acceleration = np.zeros(6), np.zeros(6)
+        twist[:3], acceleration[:3] = way * swing * np.sin(swing * time), way * swing**2 * np.cos(swing * time)
+        return Reference(start.moved(way * (1.0 - np.cos(swing * time))), twist, acceleration)
+
+    largest = {}
+    for on in (True, False):
+        motion = simulate_tracking(plant(arm), OperationalSpaceController(arm, posture=q, friction=on), at, q, 4.0)
+        largest[on] = lengths(motion)[0][motion.time > 1.0].max()
+    assert largest[True] < 1.2e-3
+    assert largest[False] > 4.0 * largest[True]
+
+
+def swing_at_rest(name, gain, late):
+    """How far the tool's error still moves in the last half second of a rest after a line [m, rad]."""
+    arm, q = rubbing(name), HOME[name]
+    line = StraightLine(arm.update(q, np.zeros(7)).pose, [0.0, 0.1, 0.05], 0.15)
+    controller = OperationalSpaceController(arm, posture=q, friction=FrictionCompensation(arm, gain=gain))
+    motion = simulate_tracking(plant(arm), LateController(controller, late), line.at, q, line.duration + 2.0)
+    return np.ptp(motion.error[-250:], axis=0).max()
+
+
+@pytest.mark.parametrize("late", [0, 1, 2])
+@pytest.mark.parametrize("gain", [1.0, 2.0])
+@pytest.mark.parametrize("name", ARMS)
+def test_the_default_and_twice_the_true_friction_come_to_rest(name, gain, late):
+    assert swing_at_rest(name, gain, late) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("name", "gain", "late"), [("wam7", 3.0, 1), ("panda", 5.0, 1), ("wam7", 10.0, 0), ("panda", 15.0, 0)]
+)
+def test_gross_overcompensation_ends_in_a_limit_cycle(name, gain, late):
+    """The part from the error is a steep spring without damper; true friction holds it, up to a point and a delay."""
+    assert swing_at_rest(name, gain, late) > 1e-3
+
+
+def test_the_friction_feed_forward_is_within_the_torque_limits():
+    name = "wam7"
+    weak = load(name)
+    arm = without_friction(
+        name, torque_limit=[8.0, 25.0, 5.0, 6.0, 1.0, 1.0, 0.3], friction_coulomb=weak.friction_coulomb
+    )
+    controller = OperationalSpaceController(arm, posture=HOME[name])
+    q, v = HOME[name], np.zeros(7)
+    reference = Reference(arm.update(q, v).pose.moved([0.0, 0.2, 0.0]), np.array([0, 0.3, 0, 0, 0, 0]))
+    output = controller.step(Observation(0.0, q, v), reference)
+    assert any(name.startswith("torque") for name in output.active_limits)
+    assert (np.abs(output.command.torque) <= arm.torque_limit).all()
+
+
+def feed_forward(arm, compensation, v, twist, displacement=(0.0, 0.0, 0.0)):
+    q = HOME[arm.name]
+    observation, pose = Observation(0.0, q, v), arm.update(q, 0.0 * q).pose
+    reference = Reference(pose.moved(displacement), twist)
+    compensated, plain = (
+        OperationalSpaceController(arm, limits=(), friction=friction).step(observation, reference).command.torque
+        for friction in (compensation, False)
+    )
+    return compensated - plain
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_friction_is_fed_forward_by_the_reference_not_by_the_measured_velocity(name):
+    arm = rubbing(name)
+    compensation, twist = FrictionCompensation(arm, scale=1e-3), np.array([0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
+    np.testing.assert_allclose(feed_forward(arm, compensation, 0.1 * np.ones(7), np.zeros(6)), 0.0, atol=1e-9)
+    wanted = np.linalg.pinv(arm.update(HOME[name], np.zeros(7)).J) @ twist
+    expected = arm.friction_coulomb * np.tanh(wanted / 1e-3) + arm.friction_viscous * wanted
+    np.testing.assert_allclose(feed_forward(arm, compensation, np.zeros(7), twist), expected, atol=0.03)
+    less = FrictionCompensation(arm, scale=1e-3, gain=0.7)
+    np.testing.assert_allclose(feed_forward(arm, less, np.zeros(7), twist), 0.7 * expected, atol=0.03)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_for_a_distant_goal_a_tenth_of_a_metre_per_second_is_compensated(name):
+    arm, direction = rubbing(name), np.array([0.0, 0.6, 0.8])
+    slow = np.concatenate((0.1 * direction, np.zeros(3)))
+    expected = feed_forward(arm, True, np.zeros(7), slow)
+    for distance in (0.05, 0.5):
+        given = feed_forward(arm, True, np.zeros(7), np.zeros(6), distance * direction)
+        np.testing.assert_allclose(given, expected, atol=1e-9)
+    near = feed_forward(arm, True, np.zeros(7), np.zeros(6), 0.01 * direction)
+    np.testing.assert_allclose(near, feed_forward(arm, True, np.zeros(7), 0.8 * slow), atol=1e-9)
+
+
+def test_an_arm_without_friction_gets_none():
+    arm = without_friction("panda")
+    torque = feed_forward(arm, True, np.zeros(7), np.array([0.0, 0.1, 0.0, 0.0, 0.0, 0.0]))
+    np.testing.assert_array_equal(torque, 0.0)
+
+
+@pytest.mark.parametrize(
+    "argument", [{"scale": 0.0}, {"scale": np.nan}, {"error_rate": -1.0}, {"gain": -0.1}, {"gain": np.inf}]
+)
+def test_numbers_that_mean_nothing_are_refused(argument):
+    with pytest.raises(ConfigurationError, match=next(iter(argument))):
+        FrictionCompensation(load("wam7"), **argument)

@@ -1,0 +1,427 @@
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from arms import ARMS, HOME, load, panda_urdf, random_states, simulate, without_friction
+from khatib import least_squares_torque, operational_space_torque
+from pilegrasp_ctrl.arm.model import ArmModel
+from pilegrasp_ctrl.control import inverse_dynamics
+from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
+from pilegrasp_ctrl.exceptions import ConfigurationError, ModelError
+from pilegrasp_ctrl.plant.arm_simulation import ArmSimulation
+from pilegrasp_ctrl.plant.tracking import simulate_tracking
+from pilegrasp_ctrl.tasks.frame_motion_task import FrameMotionTask
+from pilegrasp_ctrl.tasks.frame_task import pose_error
+from pilegrasp_ctrl.tasks.gains import Impedance, MotionGains
+from pilegrasp_ctrl.tasks.posture_task import PostureTask
+from pilegrasp_ctrl.trajectories.straight_line import StraightLine
+from pilegrasp_ctrl.types import Observation, Pose, Reference
+
+GAINS = MotionGains([400.0] * 3 + [900.0] * 3)
+
+
+@pytest.fixture(params=ARMS)
+def arm(request):
+    return load(request.param)
+
+
+def nearby(state, turn=0.05):
+    shift, rotation = np.array([0.01, -0.02, 0.015]), pin.exp3(np.array([turn, 0.0, -turn]))
+    pose = Pose(state.translation + shift, rotation @ state.rotation)
+    return Reference(pose, np.linspace(-0.1, 0.1, 6), np.linspace(0.5, -0.5, 6))
+
+
+def quiet_states(arm, count):
+    """States around the home posture at which no limit is near."""
+    rng = np.random.default_rng(1)
+    for _ in range(count):
+        yield HOME[arm.name] + rng.uniform(-0.1, 0.1, arm.nv), rng.uniform(-0.1, 0.1, arm.nv)
+
+
+def wanted_by(gains, state, reference):
+    return FrameMotionTask(gains).acceleration(state, reference, pose_error(state, reference))
+
+
+def test_the_torque_is_the_closed_form_where_no_limit_is_active(arm):
+    home, weight, mask = HOME[arm.name], np.array([1, 2, 3, 1, 1, 0.5]), [1, 1, 1, 1, 0, 1]
+    posture = PostureTask(home, stiffness=50.0, weight=1e-3)
+    controller = OperationalSpaceController(arm, GAINS, posture, weight=weight, mask=mask, friction=False)
+    for q, v in quiet_states(arm, 10):
+        state = arm.update(q, v)
+        reference = nearby(state)
+        output = controller.step(Observation(0.0, q, v), reference)
+        assert output.active_limits == ()
+        expected = least_squares_torque(
+            state,
+            wanted_by(GAINS, state, reference),
+            50.0 * (home - q) - 2.0 * np.sqrt(50.0) * v,
+            weight * mask,
+            1e-3,
+        )
+        np.testing.assert_allclose(output.command.torque, expected, atol=1e-9)
+        np.testing.assert_allclose(state.M @ output.acceleration + state.h, output.command.torque, atol=1e-9)
+
+
+def test_the_torque_is_the_closed_form_anywhere_without_limits(arm):
+    """Through the whole range, near singular postures and at speed, with the wish that the task answers there."""
+    posture = PostureTask(HOME[arm.name])
+    controller = OperationalSpaceController(arm, GAINS, posture, limits=(), friction=False)
+    for q, v in random_states(arm, 100, seed=5):
+        state = arm.update(q, v)
+        reference = nearby(state)
+        output = controller.step(Observation(0.0, q, v), reference)
+        expected = least_squares_torque(
+            state,
+            wanted_by(GAINS, state, reference),
+            posture.stiffness * (HOME[arm.name] - q) - posture.damping * v,
+            np.ones(6),
+            posture.weight,
+        )
+        np.testing.assert_allclose(output.command.torque, expected, atol=1e-9)
+
+
+def test_the_tool_accelerates_as_under_khatibs_formula_as_the_posture_loses_weight(arm):
+    q, v = next(quiet_states(arm, 1))
+    state = arm.update(q, v)
+    reference = nearby(state)
+    closed = operational_space_torque(state, wanted_by(GAINS, state, reference), np.linspace(-1.0, 1.0, arm.nv))
+    gaps = []
+    for weight in (1e-2, 1e-4, 1e-6):
+        controller = OperationalSpaceController(arm, GAINS, PostureTask(HOME[arm.name], weight=weight), friction=False)
+        torque = controller.step(Observation(0.0, q, v), reference).command.torque
+        gaps.append(np.abs(state.J @ np.linalg.solve(state.M, torque - closed)).max())
+    assert gaps[0] < 1.0
+    np.testing.assert_allclose(np.array(gaps[1:]) / gaps[:-1], 0.01, rtol=0.5)
+
+
+def test_without_redundancy_the_torque_itself_is_khatibs():
+    names = ["panda_finger_joint1", "panda_finger_joint2", "panda_joint3"]
+    arm = ArmModel.from_urdf(panda_urdf(), "panda_hand_tcp", locked_joints=names)
+    q, v = np.delete(HOME["panda"], 2), np.linspace(-0.1, 0.1, 6)
+    state = arm.update(q, v)
+    reference = nearby(state)
+    controller = OperationalSpaceController(arm, GAINS, PostureTask(q, weight=1e-12), friction=False)
+    closed = operational_space_torque(state, wanted_by(GAINS, state, reference), np.zeros(6))
+    np.testing.assert_allclose(controller.step(Observation(0.0, q, v), reference).command.torque, closed, atol=1e-6)
+
+
+def test_khatibs_torque_gives_the_tool_its_acceleration_whatever_the_posture_torque(arm):
+    for q, v in quiet_states(arm, 3):
+        state, wanted = arm.update(q, v), np.linspace(-1.0, 1.0, 6)
+        for posture_torque in (np.zeros(arm.nv), np.linspace(-5.0, 5.0, arm.nv)):
+            torque = operational_space_torque(state, wanted, posture_torque)
+            a = np.linalg.solve(state.M, torque - state.h)
+            np.testing.assert_allclose(state.J @ a + state.Jdot_v, wanted, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_a_line_in_free_space_is_tracked(name):
+    arm, q = without_friction(name), HOME[name]
+    line = StraightLine(arm.update(q, np.zeros(7)).pose, [0.0, 0.2, 0.05], 0.25)
+    motion = simulate_tracking(
+        ArmSimulation(arm), OperationalSpaceController(arm, posture=q), line.at, q, line.duration + 0.1
+    )
+    assert np.linalg.norm(motion.error[:, :3], axis=1).max() < 1e-4
+    assert np.linalg.norm(motion.error[:, 3:], axis=1).max() < 1e-4
+
+
+@pytest.mark.parametrize("displacement", [[0.0, 0.2, 0.05], [0.1, -0.15, 0.0], [0.0, 0.0, 0.15]])
+@pytest.mark.parametrize("preferred", [False, True], ids=["no-posture", "posture"])
+@pytest.mark.parametrize("name", ARMS)
+def test_without_friction_the_tool_comes_to_rest_within_a_tenth_of_a_millimetre(name, preferred, displacement):
+    """What is left is the pull of a posture that the tool does not allow: weight x its acceleration / (K sigma)."""
+    arm, home = without_friction(name), HOME[name]
+    line = StraightLine(arm.update(home, np.zeros(7)).pose, displacement, 0.25)
+    controller = OperationalSpaceController(arm, posture=home if preferred else None)
+    *_, (_, q, v, _) = simulate(
+        arm, lambda o: controller.step(o, line.at(o.time)).command.torque, home, line.duration + 1.0
+    )
+    error = pose_error(arm.update(q, v), Reference(line.end))
+    assert np.linalg.norm(error[:3]) < (1e-4 if preferred else 1e-6)
+    assert np.linalg.norm(error[3:]) < 1e-4
+
+
+def worst(arm, line, reference, state=lambda state: state):
+    """Largest position error [m] on a line of which the controller sees a changed reference or state."""
+    controller, errors = OperationalSpaceController(arm, posture=HOME[arm.name]), []
+
+    def step(observation):
+        known = arm.update(observation.q, observation.v)
+        errors.append(np.linalg.norm(pose_error(known, line.at(observation.time))[:3]))
+        return controller.step(observation, reference(line.at(observation.time)), state=state(known)).command.torque
+
+    for _ in simulate(arm, step, HOME[arm.name], line.duration):
+        pass
+    return max(errors)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_each_feed_forward_is_worth_what_it_saves(name):
+    """Without it the springs have to supply the acceleration that it stands for: D v / K = 2 v / sqrt(K), and a / K."""
+    arm, speed, stiffness = without_friction(name), 0.25, 900.0
+    line = StraightLine(arm.update(HOME[name], np.zeros(7)).pose, [0.0, 0.2, 0.05], speed)
+    assert worst(arm, line, lambda at: at) < 1e-4
+    assert worst(arm, line, lambda at: Reference(at.pose, acceleration=at.acceleration)) == pytest.approx(
+        2.0 * speed / np.sqrt(stiffness), rel=0.1
+    )
+    peak = max(np.linalg.norm(line.at(time).acceleration[:3]) for time in np.linspace(0.0, line.duration, 200))
+    assert 0.5 * peak / stiffness < worst(arm, line, lambda at: Reference(at.pose, at.twist)) < peak / stiffness
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_the_acceleration_of_the_turning_joints_is_accounted_for(name):
+    """Without Jdot v the springs have to supply it: the error grows to Jdot v / K."""
+    arm, home = without_friction(name), HOME[name]
+    line = StraightLine(arm.update(home, np.zeros(7)).pose, [0.0, 0.35, 0.0], 0.6, acceleration=3.0)
+    largest = 0.0
+
+    def blind(state):
+        nonlocal largest
+        largest = max(largest, np.linalg.norm(state.Jdot_v[:3]))
+        return state._replace(Jdot_v=np.zeros(6))
+
+    assert worst(arm, line, lambda at: at) < 3e-4
+    assert worst(arm, line, lambda at: at, blind) == pytest.approx(largest / 900.0, rel=0.1)
+
+
+@pytest.mark.parametrize("axis", [2, 5])
+def test_along_a_masked_axis_nothing_holds_the_tool(arm, axis):
+    plant, home = without_friction(arm.name), HOME[arm.name]
+    start = plant.update(home, np.zeros(7)).pose
+    turn = pin.exp3(np.array([0.0, 0.0, 0.3]))
+    far = start.moved([0.0, 0.0, 0.1]) if axis == 2 else Pose(start.translation, turn @ start.rotation)
+    controller = OperationalSpaceController(plant, mask=np.arange(6) != axis)
+    still = Observation(0.0, home, np.zeros(7))
+    one, other = (controller.step(still, Reference(pose)).command.torque for pose in (start, far))
+    np.testing.assert_allclose(one, other, atol=1e-9)
+    push = np.eye(6)[axis] * (5.0 if axis == 2 else 0.02)
+
+    def offsets(controller):
+        """Where the push has brought the tool after 0.2 s, and where it is 0.6 s after the push."""
+        time = 0.0
+
+        def step(observation):
+            nonlocal time
+            time = observation.time
+            return controller.step(observation, Reference(start)).command.torque
+
+        def external(q, v):
+            return plant.update(q, v).J.T @ push if time < 0.2 else np.zeros(7)
+
+        run = list(simulate(plant, step, home, 0.8, external=external))
+        return [pose_error(plant.update(q, v), Reference(start)) for _, q, v, _ in (run[100], run[-1])]
+
+    pushed, left = offsets(controller)
+    assert abs(left[axis]) > max(1e-3, 0.9 * abs(pushed[axis]))
+    assert np.abs(np.delete(left, axis)).max() < 1e-4
+    pushed, left = offsets(OperationalSpaceController(plant))
+    assert abs(pushed[axis]) > 1e-4
+    assert np.abs(left).max() < 1e-4
+
+
+def test_under_saturation_the_heavier_axes_keep_their_acceleration(arm):
+    q, v = HOME[arm.name], np.zeros(7)
+    state = arm.update(q, v)
+    wish = np.array([6.0, 6.0, 3.0, 200.0, -200.0, 200.0])
+    weak = without_friction(arm.name, torque_limit=np.abs(state.h) + 0.1 * arm.torque_limit)
+
+    def missed(weight):
+        controller = OperationalSpaceController(weak, weight=weight, limits=["torque"], friction=False)
+        output = controller.step(Observation(0.0, q, v), Reference(state.pose, acceleration=wish))
+        assert output.active_limits
+        residual = state.J @ output.acceleration - wish
+        return np.linalg.norm(residual[:3]), np.linalg.norm(residual[3:])
+
+    place, turn = missed([1e4] * 3 + [1.0] * 3), missed([1.0] * 3 + [1e4] * 3)
+    assert place[0] < 0.5 * turn[0]
+    assert turn[1] < 0.5 * place[1]
+
+
+@pytest.mark.parametrize("angle", [np.pi / 2, np.pi, 1.1 * np.pi])
+@pytest.mark.parametrize("name", ARMS)
+def test_a_large_turn_at_once_does_not_carry_the_tool_away(name, angle):
+    """As a spring of 1600 x pi it would take the arm's limits for itself; the tool then strayed by 0.6 m."""
+    arm, home = without_friction(name), HOME[name]
+    start = arm.update(home, np.zeros(7)).pose
+    turned = Reference(Pose(start.translation, pin.exp3(np.array([0.0, 0.0, angle])) @ start.rotation))
+    controller, errors, fallbacks = OperationalSpaceController(arm), [], []
+
+    def step(observation):
+        output = controller.step(observation, turned)
+        fallbacks.append(output.fallback)
+        return output.command.torque
+
+    for _, q, v, _ in simulate(arm, step, home, 2.5):
+        errors.append(pose_error(arm.update(q, v), turned))
+    assert not any(fallbacks)
+    assert np.linalg.norm(np.array(errors)[:, :3], axis=1).max() < 0.03
+    assert np.linalg.norm(errors[-1]) < 1e-4
+
+
+def test_the_posture_is_taken_without_moving_the_tool():
+    arm, q = without_friction("wam7"), HOME["wam7"]
+    state = arm.update(q, np.zeros(7))
+    null = np.linalg.svd(state.J)[2][-1]
+    target = q + 0.3 * null
+    controller = OperationalSpaceController(arm, posture=target)
+    reference = Reference(state.pose)
+    *_, last = simulate(arm, lambda o: controller.step(o, reference).command.torque, q, 1.0)
+    end = arm.update(last[1], last[2])
+    assert np.linalg.norm(pose_error(end, reference)) < 2e-4
+    assert (last[1] - q) @ null > 0.25
+
+
+def test_a_posture_given_for_one_period_replaces_the_preferred_one(arm):
+    q, v = next(quiet_states(arm, 1))
+    reference, other = nearby(arm.update(q, v)), HOME[arm.name] + 0.05
+    observation = Observation(0.0, q, v)
+    expected = OperationalSpaceController(arm, posture=other, friction=False).step(observation, reference)
+    for default in (None, HOME[arm.name]):
+        controller = OperationalSpaceController(arm, posture=default, friction=False)
+        given = controller.step(observation, reference, posture=other)
+        np.testing.assert_allclose(given.command.torque, expected.command.torque, atol=1e-9)
+        assert np.abs(controller.step(observation, reference).command.torque - given.command.torque).max() > 1e-6
+
+
+def test_a_step_remembers_nothing(arm):
+    controller = OperationalSpaceController(arm, posture=HOME[arm.name])
+    (q, v), (other, w) = quiet_states(arm, 2)
+    reference = nearby(arm.update(q, v))
+    first = controller.step(Observation(0.0, q, v), reference)
+    torque = first.command.torque.copy()
+    controller.step(Observation(0.1, other, w), nearby(arm.update(other, w)))
+    np.testing.assert_array_equal(first.command.torque, torque)
+    again = controller.step(Observation(0.2, q, v), reference, state=arm.update(q, v))
+    np.testing.assert_array_equal(again.command.torque, torque)
+
+
+def limited(arm, **changes):
+    return without_friction(arm.name, **changes)
+
+
+def test_active_limits_are_named_by_joint_and_side(arm):
+    q, v = HOME[arm.name], np.zeros(7)
+    state = arm.update(q, v)
+    up = Reference(state.pose, acceleration=np.array([0.0, 0.0, 30.0, 0.0, 0.0, 0.0]))
+    free = OperationalSpaceController(limited(arm), friction=False).step(Observation(0.0, q, v), up)
+    assert free.active_limits == ()
+    joint = int(np.argmax(np.abs(free.command.torque - state.h)))
+    push = free.command.torque[joint] - state.h[joint]
+    limit = arm.torque_limit.copy()
+    limit[joint] = np.abs(state.h[joint] + 0.5 * push)
+    bound = OperationalSpaceController(limited(arm, torque_limit=limit), friction=False).step(
+        Observation(0.0, q, v), up
+    )
+    side = "upper" if state.h[joint] + 0.5 * push > 0.0 else "lower"
+    assert f"torque[{joint}] {side}" in bound.active_limits
+    assert abs(bound.command.torque[joint]) == pytest.approx(limit[joint], abs=1e-9)
+
+    speed = arm.velocity_limit.copy()
+    fast = v.copy()
+    fast[joint] = 0.99 * speed[joint] * np.sign(free.acceleration[joint])
+    running = Reference(state.pose, state.J @ fast, up.acceleration)
+    output = OperationalSpaceController(limited(arm), friction=False).step(Observation(0.0, q, fast), running)
+    side = "upper" if fast[joint] > 0.0 else "lower"
+    assert f"velocity[{joint}] {side}" in output.active_limits
+
+    near = arm.q_upper.copy() if free.acceleration[joint] > 0.0 else arm.q_lower.copy()
+    near[joint] = q[joint] + 0.002 * np.sign(free.acceleration[joint])
+    key, side = ("q_upper", "upper") if free.acceleration[joint] > 0.0 else ("q_lower", "lower")
+    output = OperationalSpaceController(limited(arm, **{key: near}), friction=False).step(Observation(0.0, q, v), up)
+    assert f"position[{joint}] {side}" in output.active_limits
+
+
+@pytest.mark.parametrize("solver", ["daqp", "osqp"])
+@pytest.mark.parametrize("name", ARMS)
+def test_there_is_always_a_torque_within_the_limits(name, solver):
+    """Weak drives, far outside the ranges, fast: the bounds contradict each other in most of these states."""
+    strong = load(name)
+    arm = without_friction(name, torque_limit=0.3 * strong.torque_limit, velocity_limit=0.4 * strong.velocity_limit)
+    controller = OperationalSpaceController(arm, solver=solver)
+    rng = np.random.default_rng(0)
+    fallbacks = 0
+    for _ in range(30):
+        q = arm.q_lower + (arm.q_upper - arm.q_lower) * rng.uniform(-0.1, 1.1, 7)
+        v = rng.normal(scale=2.0, size=7)
+        pose = arm.update(q + rng.normal(scale=0.3, size=7), v).pose
+        output = controller.step(Observation(0.0, q, v), Reference(pose))
+        assert np.isfinite(output.command.torque).all()
+        assert np.isfinite(output.acceleration).all()
+        assert (np.abs(output.command.torque) <= arm.torque_limit).all()
+        fallbacks += output.fallback != ""
+    assert fallbacks <= (0 if solver == "daqp" else 3)
+
+
+@pytest.mark.parametrize("speed", [1e3, 1e50, 1e100])
+def test_an_absurd_speed_gives_a_finite_torque(arm, speed):
+    controller = OperationalSpaceController(arm)
+    q = HOME[arm.name]
+    output = controller.step(Observation(0.0, q, np.full(7, speed)), Reference(arm.update(q, np.zeros(7)).pose))
+    assert np.isfinite(output.command.torque).all()
+    assert (np.abs(output.command.torque) <= arm.torque_limit).all()
+
+
+class Silent:
+    name = "silent"
+
+    def solve(self, problem):
+        return None
+
+
+def test_where_the_solver_fails_gravity_is_held_and_motion_damped(arm, monkeypatch):
+    monkeypatch.setattr(inverse_dynamics, "make_solver", lambda name: Silent())
+    controller = OperationalSpaceController(arm)
+    q, v = next(quiet_states(arm, 1))
+    still = controller.step(Observation(0.0, q, 0.0 * v), nearby(arm.update(q, v)))
+    np.testing.assert_allclose(still.command.torque, arm.update(q, 0.0 * v).h)
+    np.testing.assert_allclose(still.acceleration, 0.0, atol=1e-9)
+    assert "silent found no accelerations" in still.fallback
+    moving = controller.step(Observation(0.0, q, v), nearby(arm.update(q, v)))
+    assert v @ (moving.command.torque - arm.update(q, v).h) < 0.0
+    wild = controller.step(Observation(0.0, q, 100.0 * np.ones(7)), nearby(arm.update(q, v)))
+    assert (np.abs(wild.command.torque) <= arm.torque_limit).all()
+    assert all(name.startswith(("torque[", "motor[")) for name in wild.active_limits)
+    assert wild.active_limits
+
+
+def test_solvers_agree_with_and_without_active_limits(arm):
+    home = HOME[arm.name]
+    exact, splitting = (OperationalSpaceController(arm, posture=home, solver=name) for name in ("daqp", "osqp"))
+    active = 0
+    for q, v in random_states(arm, 40, seed=2):
+        reference = nearby(arm.update(0.9 * q + 0.1 * home, v))
+        one, other = (controller.step(Observation(0.0, q, v), reference) for controller in (exact, splitting))
+        np.testing.assert_allclose(one.command.torque, other.command.torque, atol=1e-5)
+        active += bool(one.active_limits)
+    assert active > 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"gains": Impedance(500.0)}, TypeError, "MotionGains"),
+        ({"solver": "gurobi"}, ConfigurationError, "gurobi"),
+        ({"limits": ["torque", "power"]}, ConfigurationError, "no limit 'power'; the limits are torque"),
+        ({"rate": 0.0}, ConfigurationError, "rate"),
+        ({"posture": np.zeros(6)}, ConfigurationError, "6 entries"),
+        ({"posture": np.full(7, np.nan)}, ValueError, "posture"),
+    ],
+)
+def test_arguments_that_cannot_be_used_are_refused(arguments, error, message):
+    with pytest.raises(error, match=message):
+        OperationalSpaceController(load("panda"), **arguments)
+
+
+def test_an_observation_that_is_not_finite_is_refused(arm):
+    controller = OperationalSpaceController(arm)
+    q = HOME[arm.name]
+    with pytest.raises(ModelError, match="not finite"):
+        controller.step(Observation(0.0, np.full(7, np.nan), q), Reference(arm.update(q, q).pose))
+
+
+@pytest.mark.parametrize("posture", [np.zeros(6), np.full(7, np.nan)])
+def test_a_posture_for_one_period_that_cannot_be_used_is_refused(arm, posture):
+    q = HOME[arm.name]
+    controller = OperationalSpaceController(arm)
+    with pytest.raises(ConfigurationError, match="posture must be 7 finite numbers"):
+        controller.step(Observation(0.0, q, 0.0 * q), Reference(arm.update(q, 0.0 * q).pose), posture=posture)

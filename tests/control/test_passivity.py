@@ -1,0 +1,168 @@
+"""The arm with its impedance controller gives back no more energy than was put in, whoever pushes it."""
+
+from itertools import pairwise
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from arms import ARMS, HOME, random_states
+from pilegrasp_ctrl.control.impedance import ImpedanceController
+from pilegrasp_ctrl.tasks.frame_task import pose_error
+from pilegrasp_ctrl.tasks.gains import Impedance
+from pilegrasp_ctrl.tasks.impedance_task import ImpedanceTask
+from pilegrasp_ctrl.types import Command, Reference
+from touch import Wall, home, rubbing, run, smooth
+
+RATE = 500.0
+SOFT = Impedance([400.0] * 3 + [30.0] * 3)
+UNEVEN = Impedance([800.0, 400.0, 200.0, 40.0, 20.0, 10.0], damping_ratio=0.5)
+TOLERANCE = 2e-5
+"""Of the energy that went back and forth: the wrench is held for a period in which the tool moves on, and its work is
+taken with the mean of two velocities."""
+
+
+def mobility(state):
+    return state.J @ np.linalg.solve(state.M, state.J.T)
+
+
+def stored(state, reference, stiffness):
+    """Kinetic energy of the tool's inertia and potential of the springs [J]."""
+    error = pose_error(state, reference)
+    return 0.5 * state.twist @ np.linalg.solve(mobility(state), state.twist) + 0.5 * error @ (stiffness * error)
+
+
+class Pushes:
+    """A random wrench up to 3 Hz, of about 15 N and 0.4 N·m, held for each control period."""
+
+    def __init__(self, seed):
+        random = np.random.default_rng(seed)
+        self._size = random.normal(size=(6, 6)) * np.repeat([15.0, 0.4], 3)[:, None] / np.sqrt(6.0)
+        self._rate, self._phase = 2.0 * np.pi * random.uniform(0.2, 3.0, (6, 6)), random.uniform(0.0, 6.28, (6, 6))
+        self.now = np.zeros(6)
+
+    def at(self, time):
+        self.now = (self._size * np.sin(self._rate * time + self._phase)).sum(axis=1)
+        return self.now
+
+    def __call__(self, pose, twist):
+        return self.now
+
+
+def lost(arm, gains, seed=0, disturb=None, duration=2.5):
+    """Return the energy (n,) that has gone since the start, and that went in and out in total [J]."""
+    reference, pushes = Reference(home(arm).pose), Pushes(seed)
+    controller = ImpedanceController(arm, gains, HOME[arm.name])
+    wrenches = []
+
+    def control(observation, state):
+        wrenches.append(pushes.at(observation.time).copy())
+        output = controller.step(observation, reference, state=state)
+        if disturb is None:
+            return output
+        return output._replace(command=Command(output.command.torque + disturb(state)))
+
+    _, _, states = run(arm, control, pushes, duration)
+    work = [0.0]
+    for wrench, before, after in zip(wrenches, states, states[1:], strict=False):
+        turned = 0.5 * (before.twist[3:] + after.twist[3:]) / RATE
+        work.append(wrench[:3] @ (after.translation - before.translation) + wrench[3:] @ turned)
+    energy = np.array([stored(state, reference, gains.stiffness) for state in states])
+    return np.cumsum(work) + energy[0] - energy, np.abs(work).sum()
+
+
+def falls(values):
+    """By how much the values ever fall below an earlier one."""
+    return float(np.max(np.maximum.accumulate(values) - values))
+
+
+@pytest.mark.parametrize("gains", [SOFT, UNEVEN], ids=["even", "uneven"])
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("name", ARMS)
+def test_pushes_only_ever_put_energy_in(name, seed, gains):
+    energy, traffic = lost(smooth(name), gains, seed)
+    assert traffic > 1.0
+    assert energy[-1] > 0.3 * traffic
+    assert falls(energy) < TOLERANCE * traffic
+
+
+def test_joint_friction_takes_energy_too():
+    energy, traffic = lost(rubbing("wam7"), SOFT)
+    assert falls(energy) < TOLERANCE * traffic
+
+
+def negative_damping(arm):
+    """The springs' own dampers turned round, and a little more."""
+    task = ImpedanceTask(SOFT)
+    return lambda state: 1.1 * state.J.T @ (task.damping(mobility(state)) @ state.twist)
+
+
+def too_much_friction(arm):
+    """The compensation of a friction that is not there, along the measured velocity."""
+    return lambda state: 0.05 * arm.torque_limit * np.tanh(state.v / 0.02)
+
+
+# A light wrist with negative damping is far beyond all limits after 50 ms.
+@pytest.mark.parametrize(("disturb", "duration"), [(negative_damping, 0.04), (too_much_friction, 0.5)])
+@pytest.mark.parametrize("name", ARMS)
+def test_a_controller_that_feeds_energy_in_is_found(name, disturb, duration):
+    arm = smooth(name)
+    energy, traffic = lost(arm, SOFT, disturb=disturb(arm), duration=duration)
+    assert falls(energy) > 100.0 * TOLERANCE * traffic
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_against_a_stiff_wall_no_energy_grows(name):
+    """Thrown at the wall at about 0.2 m/s: what the wall holds counts too."""
+    arm, stiffness = smooth(name), 1e4
+    start = home(arm)
+    direction, ahead = np.array([0.0, 0.0, -1.0]), 0.02
+    reference = Reference(start.pose.moved(0.04 * direction))
+    controller = ImpedanceController(arm, SOFT, HOME[name])
+    wall = Wall(start.translation + ahead * direction, -direction, stiffness)
+    _, wrenches, states = run(
+        arm, lambda observation, state: controller.step(observation, reference, state=state), wall, 1.5, substeps=8
+    )
+    held = np.square(np.linalg.norm(wrenches[:, :3], axis=1)) / (2.0 * stiffness)
+    energy = held + [stored(state, reference, SOFT.stiffness) for state in states]
+    assert held.max() > 0.003
+    assert falls(-energy) < TOLERANCE * energy[0]
+    assert energy[-1] < 0.6 * energy[0]
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_the_dampers_outweigh_the_inertia_that_the_tool_gains_and_loses_on_its_way(name):
+    """½ Lambda' < D with the shipped springs, all joints at their speed limits, away from singular postures."""
+    arm, task = smooth(name), ImpedanceTask(Impedance([2500.0] * 3 + [120.0] * 3))
+    step, worst = 1e-6, 0.0
+    for q, v in random_states(arm, 150, speed=1.0):
+        state, ahead = arm.update(q, v), arm.update(q + step * v, v)
+        if np.linalg.svd(state.J, compute_uv=False)[-1] < 0.1:
+            continue
+        here = np.linalg.inv(mobility(state))
+        growth = 0.5 * (np.linalg.inv(mobility(ahead)) - here) / step
+        damping = np.linalg.inv(np.linalg.cholesky(task.damping(mobility(state))))
+        worst = max(worst, np.linalg.eigvalsh(damping @ (growth + growth.T) @ damping.T)[-1] / 2.0)
+    print(f"{name}: half the growth of the inertia is at most {worst:.2f} of the damping")
+    assert 0.1 < worst < 1.0
+
+
+def test_springs_that_differ_give_no_energy_on_a_round_trip_of_rotations():
+    """Around a cone of 1 rad the moment's work adds up to nothing; that of K e would not."""
+    arm = smooth("panda")
+    state = home(arm)
+    task = ImpedanceTask(Impedance([400.0] * 3 + [40.0, 20.0, 10.0]))
+    reference = Reference(state.pose)
+    angles = np.linspace(0.0, 2.0 * np.pi, 1001)
+    axes = np.stack((np.cos(angles) + 0.2, np.sin(angles) + 0.1, np.full_like(angles, 0.7)), axis=1)
+    ways = [pin.exp3(axis / np.linalg.norm(axis)) for axis in axes]
+    inertia, none = np.linalg.inv(mobility(state)), np.zeros(6)
+    exact = plain = 0.0
+    for before, after in pairwise(ways):
+        turn = pin.log3(after @ before.T)
+        turned = state._replace(rotation=pin.exp3(0.5 * turn) @ before @ state.rotation)
+        error = pose_error(turned, reference)
+        exact += (inertia @ task.acceleration(turned, reference, error, none, none))[3:] @ turn
+        plain += (task.stiffness @ error)[3:] @ turn
+    assert abs(exact) < 1e-3
+    assert abs(plain) > 0.1

@@ -1,0 +1,118 @@
+"""What the documentation shows is run, parsed or looked up."""
+
+import re
+import shlex
+import tomllib
+from pathlib import Path
+
+import pytest
+import typer
+
+from line_links import line_links
+from pilegrasp_ctrl.cli import app
+from pilegrasp_ctrl.config import build_scenario
+from places import ROOT
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("**/*.md"))]
+OTHERS = [ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "robots").glob("**/*.md"))]
+CI = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
+
+
+def named(pages):
+    return [pytest.param(page, id=str(page.relative_to(ROOT))) for page in pages]
+
+
+def blocks(page: Path, *languages: str) -> list[str]:
+    text = page.read_text(encoding="utf-8")
+    fenced = re.findall(r"^```([\w-]*)[^\n]*\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
+    return [body for language, body in fenced if language in languages]
+
+
+def shell_lines(page: Path) -> list[str]:
+    """The commands of a page's shell blocks, without prompts, continuations and comments."""
+    lines = "\n".join(blocks(page, "bash", "sh", "console")).replace("\\\n", " ").splitlines()
+    return [command for line in lines if (command := line.strip().removeprefix("$ ")) and not command.startswith("#")]
+
+
+def commands() -> list[tuple[str, str]]:
+    pages = [*PAGES, ROOT / "CONTRIBUTING.md"]
+    return [(page.name, line) for page in pages for line in shell_lines(page) if line.startswith("pilegrasp ")]
+
+
+@pytest.mark.parametrize("page", named(page for page in PAGES if blocks(page, "python")))
+def test_python_blocks_run(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {"__name__": "__docs__"}
+    for body in blocks(page, "python"):
+        exec(compile(body, str(page), "exec"), names)
+
+
+@pytest.mark.parametrize("page", named(page for page in PAGES if blocks(page, "toml")))
+def test_toml_blocks_are_scenarios(page):
+    for body in blocks(page, "toml"):
+        build_scenario(tomllib.loads(body), source=page.name)
+
+
+def parse(line: str) -> None:
+    verb, *arguments = shlex.split(line, comments=True)[1:]
+    typer.main.get_command(app).commands[verb].make_context(verb, arguments)
+
+
+@pytest.mark.parametrize(("page", "line"), commands())
+def test_shown_commands_exist(page, line):
+    parse(line)
+
+
+def test_some_commands_are_shown():
+    assert ("README.md", "pilegrasp run spheres_wall --seed 0 --html grasp.html") in commands()
+
+
+@pytest.mark.parametrize("line", ["pilegrasp dance", "pilegrasp run spheres_wall --sed 0", "pilegrasp export a.npz"])
+def test_a_command_that_does_not_exist_is_found(line):
+    with pytest.raises(Exception, match=r"dance|--sed|recordings"):
+        parse(line)
+
+
+@pytest.mark.parametrize("page", named([*PAGES, *OTHERS]))
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
+        if not target.startswith(("http://", "https://", "#")):
+            assert (page.parent / target.partition("#")[0]).exists(), target
+
+
+@pytest.mark.parametrize("page", named(page for page in PAGES if line_links(page)))
+def test_links_to_a_line_lead_to_the_code_that_they_name(page):
+    for link in line_links(page):
+        assert link.found() == [link.line], (
+            f"{link.text!r}; `python tests/helpers/line_links.py` writes the numbers anew"
+        )
+
+
+def test_the_index_lists_every_page():
+    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    for page in PAGES[1:]:
+        relative = str(page.relative_to(ROOT / "docs"))
+        assert relative == "README.md" or f"]({relative})" in index, relative
+
+
+def test_ci_installs_and_tests_as_the_readme_says():
+    shown = shell_lines(ROOT / "README.md")
+    (install,) = [line for line in shown if line.startswith("pip install")]
+    (test,) = [line for line in shown if "pytest" in line]
+    assert install in CI
+    assert CI[-1] == test
+
+
+def test_the_makefile_says_the_same():
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    shown = shell_lines(ROOT / "README.md")
+    (install,) = [line for line in shown if line.startswith("pip install")]
+    (test,) = [line for line in shown if "pytest" in line]
+    assert f".venv/bin/{install}" in makefile
+    assert test.replace("python", "$(PYTHON)", 1) in makefile
+
+
+def test_the_version_is_told_once():
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert version in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")

@@ -1,0 +1,85 @@
+"""The two arms that everything in control is tested on, and a simulation of them without contacts."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from example_arm import HOME, panda_urdf
+from pilegrasp_ctrl.arm.model import ArmModel
+from pilegrasp_ctrl.plant.arm_simulation import ArmSimulation
+from pilegrasp_ctrl.types import MassProperties, Observation
+
+ARMS = tuple(HOME)
+
+
+def load(name: str, **arguments) -> ArmModel:
+    if name == "wam7":
+        return ArmModel.load(
+            "wam7", **{"tool_frame" if k == "transform_tool_to_frame" else k: v for k, v in arguments.items()}
+        )
+    fingers = ["panda_finger_joint1", "panda_finger_joint2"]
+    return ArmModel.from_urdf(panda_urdf(), "panda_hand_tcp", locked_joints=fingers, **arguments)
+
+
+def without_friction(name: str, tool=None, **changes) -> ArmModel:
+    """The same arm with no friction in its model, and other limits or frictions where given."""
+    arm = load(name, tool=tool)
+    kept = ["q_lower", "q_upper", "velocity_limit", "torque_limit"]
+    kept += [] if "torque_limit" in changes else ["joint_to_motor", "motor_torque_limit"]
+    limits = {key: getattr(arm, key) for key in kept}
+    frame = "flange" if name == "wam7" else "panda_hand_tcp"
+    return ArmModel(arm.pinocchio_model, frame, name=name, **{**limits, **changes})
+
+
+def random_states(arm: ArmModel, count: int, seed: int = 0, speed: float = 0.5):
+    """Pairs q, v between the position limits, at up to `speed` of the largest velocity."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        q = arm.q_lower + (arm.q_upper - arm.q_lower) * rng.uniform(0.05, 0.95, arm.nv)
+        yield q, speed * arm.velocity_limit * rng.uniform(-1.0, 1.0, arm.nv)
+
+
+def simulate(
+    arm: ArmModel,
+    step: Callable[[Observation], np.ndarray],
+    q: np.ndarray,
+    duration: float,
+    *,
+    rate: float = 500.0,
+    substeps: int = 2,
+    external: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
+    coulomb: np.ndarray | None = None,
+):
+    """Run the library's plant from rest; yield time, q, v and torque.
+
+    `external(q, v)` is a joint torque from outside; the plant's friction is `coulomb` alone, whatever the model's.
+    """
+    plant = PushedArm(arm, external, substeps=substeps, friction_coulomb=0.0 if coulomb is None else coulomb)
+    for sample in plant.run(step, q, duration, rate=rate):
+        yield sample.time, sample.q, sample.v, sample.torque
+
+
+class PushedArm(ArmSimulation):
+    """A plant that is pushed at its joints rather than at its tool."""
+
+    def __init__(self, arm, push, **arguments):
+        super().__init__(arm, friction_viscous=0.0, **arguments)
+        self._push = push
+
+    def external(self, q, v):
+        return None if self._push is None else self._push(q, v)
+
+
+HAND = MassProperties(0.6, [0.03, 0.0, 0.08], np.diag([1.5e-3, 1.5e-3, 6e-4]))
+# The Panda's URDF has none; chosen.
+CHOSEN = np.array([1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 0.5])
+
+
+def rubbing(name, tool=None):
+    """An arm whose model has joint friction."""
+    if name == "wam7":
+        wam = load(name)
+        return without_friction(
+            name, tool=tool, friction_coulomb=wam.friction_coulomb, friction_viscous=wam.friction_viscous
+        )
+    return without_friction(name, tool=tool, friction_coulomb=CHOSEN, friction_viscous=CHOSEN)

@@ -1,0 +1,43 @@
+"""Prints the table of objects that docs/objects.md holds: `python tests/helpers/object_table.py`."""
+
+import tomllib
+
+from pilegrasp_ctrl.scenarios import object_files
+from pilegrasp_ctrl.sim.object_file import VARIANTS, read_object
+from pilegrasp_ctrl.sim.object_model import ObjectModel
+
+
+def table() -> str:
+    """Return every kind and variant as a Markdown table, from the files alone."""
+    lines = [
+        "| object | variant | shape and size [mm] | mass [g] | moments of inertia [g·cm²] | restitution | source |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name, file in object_files().items():
+        keys = tomllib.loads(file.read_text(encoding="utf-8"))
+        for variant in VARIANTS:
+            if variant == "real" or variant in keys:
+                source = keys["source"] if variant == "real" else keys[variant]["source"]
+                lines.append(_row(name, variant, read_object(file, variant), source))
+    return "\n".join(lines)
+
+
+def _row(name: str, variant: str, kind: ObjectModel, source: str) -> str:
+    moments = [f"{1e7 * kind.inertia_factor * moment:.0f}" for moment in kind.solid_inertia()]
+    inertia = moments[0] if len(set(moments)) == 1 else ", ".join(moments)
+    cells = [f"`{name}`", f"`{variant}`", _size(kind), f"{1000 * kind.mass:g}", inertia]
+    cells += [f"{kind.surface.restitution:.3g}", source]
+    return "| " + " | ".join(cells) + " |"
+
+
+def _size(kind: ObjectModel) -> str:
+    widths = [f"{2000 * half:g}" for half in kind.half_size]
+    size = (
+        f"{kind.shape} ⌀ {widths[0]}" if kind.shape in ("sphere", "cylinder") else f"{kind.shape} {' × '.join(widths)}"
+    )
+    size += f", height {widths[1]}" if kind.shape == "cylinder" else ""
+    return size + (f"; {kind.net.members} in a loop of {1000 * kind.net.loop:g}" if kind.net else "")
+
+
+if __name__ == "__main__":
+    print(table())

@@ -1,0 +1,114 @@
+"""The control problem on which the project's torques and TSID's are compared, in terms of the project alone."""
+
+import json
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+import arms
+from pilegrasp_ctrl.arm.model import ArmModel
+from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
+from pilegrasp_ctrl.limits.velocity_limit import VelocityLimit
+from pilegrasp_ctrl.tasks.gains import MotionGains
+from pilegrasp_ctrl.tasks.posture_task import PostureTask
+from pilegrasp_ctrl.types import Observation, Pose, Reference
+from places import DATA
+
+FILE = DATA / "tsid_torques.json"
+
+LIMITS = ("torque", "velocity")
+"""TSID's joint bounds take the speed limits as the project does; its position limits are others."""
+
+SPEED, HORIZON = 0.98, 0.004
+"""Share of the joint speed limits that is kept, and the time to reach it in [s].
+
+Given to both sides, so that what was recorded stays comparable where the project changes its margin or its horizon.
+"""
+
+GAINS = MotionGains(stiffness=[900.0, 900.0, 900.0, 1600.0, 1600.0, 1600.0])
+
+REGULARISATION = 1e-8
+"""What TSID adds to the diagonal of every cost (DEFAULT_HESSIAN_REGULARIZATION in its solvers/fwd.hpp)."""
+
+
+class Case(NamedTuple):
+    """One state, one reference, and the torques (nv,) that TSID gave [N·m]."""
+
+    observation: Observation
+    reference: Reference
+    torque: np.ndarray
+
+
+REGULAR = 0.11
+"""Smallest singular value of J in any case; below 0.1 the project bends what it is asked for, and TSID does not."""
+
+FRAMES = {"wam7": "flange", "panda": "panda_hand_tcp"}
+
+
+RATE = VelocityLimit(arms.load("panda"), 1.0).horizon / HORIZON
+"""Of the control [Hz]."""
+
+
+class JointLimits(NamedTuple):
+    """What `ArmModel` takes beside a Pinocchio model; friction and motors that share joints are nothing TSID knows."""
+
+    q_lower: np.ndarray
+    q_upper: np.ndarray
+    velocity_limit: np.ndarray
+    torque_limit: np.ndarray
+
+
+def load_arm(name: str) -> ArmModel:
+    """The arm with its drives' reflected inertia, no friction, and a torque limit for each joint alone."""
+    arm = arms.load(name)
+    kept = VelocityLimit(arms.without_friction(name), RATE).speed / arm.velocity_limit
+    limits = JointLimits(arm.q_lower, arm.q_upper, SPEED * arm.velocity_limit / kept, arm.torque_limit)
+    return ArmModel(arm.pinocchio_model, FRAMES[name], name=name, **limits._asdict())
+
+
+def posture_task(name: str) -> PostureTask:
+    return PostureTask(arms.HOME[name], stiffness=100.0, damping_ratio=1.0, weight=1e-4)
+
+
+def our_controller(name: str, regularisation: float = REGULARISATION) -> OperationalSpaceController:
+    """The project's controller with TSID's optimum.
+
+    TSID adds eps |a|² to the cost. With a posture task of weight w that wants a*, the sum w |a - a*|² + eps |a|² is,
+    up to a constant, (w + eps) |a - w / (w + eps) a*|²: a posture task again, its stiffness and damping scaled.
+    """
+    asked = posture_task(name)
+    weight = asked.weight + regularisation
+    share = asked.weight / weight
+    ratio = 0.5 * asked.damping / np.sqrt(asked.stiffness)
+    posture = PostureTask(asked.target, share * asked.stiffness, ratio * np.sqrt(share), weight)
+    return OperationalSpaceController(load_arm(name), GAINS, posture, friction=False, limits=LIMITS, rate=RATE)
+
+
+def draw(arm: ArmModel, rng: np.random.Generator, demand: float) -> tuple[Observation, Reference]:
+    """A state and a reference that asks for more the larger `demand` is: 0.1 is gentle, 10 saturates the arm."""
+    while True:
+        q = arm.q_lower + (arm.q_upper - arm.q_lower) * rng.uniform(0.1, 0.9, arm.nv)
+        if np.linalg.svd(arm.update(q, np.zeros(arm.nv)).J, compute_uv=False)[-1] > REGULAR:
+            break
+    speed = SPEED * arms.load(arm.name).velocity_limit
+    v = min(0.1 * demand, 0.97) * speed * rng.uniform(-1.0, 1.0, arm.nv)
+    pose = arm.update(q, v).pose
+    # Larger errors are asked for at a bounded speed by the project's law, and not by TSID's: the rest of the demand is
+    # in the acceleration.
+    rotation = pin.exp3(min(0.02 * demand, 0.07) * rng.uniform(-1.0, 1.0, 3)) @ pose.rotation
+    target = Pose(pose.translation + min(0.005 * demand, 0.03) * rng.uniform(-1.0, 1.0, 3), rotation)
+    twist, acceleration = 0.1 * rng.uniform(-1.0, 1.0, 6), 5.0 * demand * rng.uniform(-1.0, 1.0, 6)
+    return Observation(0.0, q, v), Reference(target, twist, acceleration)
+
+
+def recorded() -> dict[str, list[Case]]:
+    """The cases of each arm that `record_tsid.py` wrote."""
+    table = json.loads(FILE.read_text(encoding="utf-8"))
+    return {name: [_case(row) for row in rows] for name, rows in table["cases"].items()}
+
+
+def _case(row: dict[str, list[float]]) -> Case:
+    pose = Pose(np.array(row["translation"]), np.reshape(row["rotation"], (3, 3)))
+    reference = Reference(pose, np.array(row["twist"]), np.array(row["acceleration"]))
+    return Case(Observation(0.0, np.array(row["q"]), np.array(row["v"])), reference, np.array(row["torque"]))

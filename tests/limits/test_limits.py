@@ -1,0 +1,217 @@
+import numpy as np
+import pytest
+
+from arms import ARMS, load, random_states, simulate, without_friction
+from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
+from pilegrasp_ctrl.exceptions import ModelError
+from pilegrasp_ctrl.limits.acceleration_bounds import AccelerationBounds
+from pilegrasp_ctrl.limits.braking import braking_acceleration
+from pilegrasp_ctrl.limits.position_limit import PositionLimit
+from pilegrasp_ctrl.limits.torque_limit import TorqueLimit
+from pilegrasp_ctrl.limits.velocity_limit import VelocityLimit
+from pilegrasp_ctrl.types import Observation, Reference
+
+RATE = 500.0
+
+
+@pytest.fixture(params=ARMS)
+def arm(request):
+    return load(request.param)
+
+
+def advance(q, v, a, time):
+    return q + time * v + 0.5 * time**2 * a, v + time * a
+
+
+def test_the_velocity_bound_ends_at_the_limit_after_its_horizon(arm):
+    limit = VelocityLimit(arm, RATE, margin=0.0)
+    q, v = next(random_states(arm, 1))
+    bounds = limit.bounds().at(q, v)
+    assert limit.horizon == pytest.approx(2.0 / RATE)
+    np.testing.assert_allclose(advance(q, v, bounds.upper, limit.horizon)[1], arm.velocity_limit, atol=1e-12)
+    np.testing.assert_allclose(advance(q, v, bounds.lower, limit.horizon)[1], -arm.velocity_limit, atol=1e-12)
+
+
+def test_the_position_bound_ends_where_the_joint_can_still_stop(arm):
+    limit = PositionLimit(arm, RATE, margin=0.0)
+    for state in random_states(arm, 10, speed=1.0):
+        bounds = limit.bounds().at(*state)
+        q, v = advance(*state, bounds.upper, limit.horizon)
+        np.testing.assert_allclose(v, limit.gain * (arm.q_upper - q), atol=1e-9)
+        q, v = advance(*state, bounds.lower, limit.horizon)
+        np.testing.assert_allclose(v, limit.gain * (arm.q_lower - q), atol=1e-9)
+
+
+def test_a_joint_held_at_its_bound_slows_down_within_its_braking_and_stops_inside(arm):
+    limit = PositionLimit(arm, RATE, margin=0.0)
+    bounds = limit.bounds()
+    braking = braking_acceleration(arm)
+    v = 0.9 * arm.velocity_limit
+    q = arm.q_upper - v / limit.gain
+    hardest = np.zeros(arm.nv)
+    for _ in range(3000):
+        a = bounds.at(q, v).upper
+        hardest = np.minimum(hardest, a)
+        q, v = advance(q, v, a, 1.0 / RATE)
+        assert (q <= arm.q_upper).all()
+    assert (hardest >= -1.05 * braking).all()
+    np.testing.assert_allclose(q, arm.q_upper, atol=1e-2)
+
+
+def test_the_braking_acceleration_is_within_the_torque_of_every_joint(arm):
+    braking = braking_acceleration(arm)
+    assert (braking > 0.0).all()
+    np.testing.assert_array_equal(braking, braking_acceleration(arm))
+    for q, _ in random_states(arm, 50, seed=3):
+        state = arm.update(q, np.zeros(arm.nv))
+        needed = braking * state.M.diagonal() + np.abs(state.h)
+        assert (needed <= arm.torque_limit).all()
+
+
+def test_torque_rows_hold_exactly_the_torques_within_the_limit(arm):
+    q, v = next(random_states(arm, 1))
+    state = arm.update(q, v)
+    rows = TorqueLimit(arm).constraint(state)
+    matrix = np.eye(arm.nv) if TorqueLimit(arm).matrix is None else TorqueLimit(arm).matrix
+    a = np.linalg.solve(state.M, np.linalg.solve(matrix, TorqueLimit(arm).limit) - state.h)
+    np.testing.assert_allclose(rows.G @ a, rows.upper, atol=1e-9)
+    offset = np.linspace(-3.0, 3.0, arm.nv)
+    lower, upper = np.zeros((2, arm.nv))
+    limit = TorqueLimit(arm)
+    limit.write(lower, upper, offset)
+    shared = offset if limit.matrix is None else limit.matrix @ offset
+    np.testing.assert_allclose((lower + shared, upper + shared), (-limit.limit, limit.limit))
+
+
+def test_two_joints_that_share_motors_cannot_both_have_their_largest_torque():
+    arm = load("wam7")
+    limit = TorqueLimit(arm)
+    tau = np.zeros(7)
+    tau[[1, 2]] = 0.9 * arm.torque_limit[[1, 2]]
+    motors = np.linalg.solve(arm.joint_to_motor.T, tau)
+    assert (np.abs(motors) > arm.motor_torque_limit).any()
+    cut = limit.cut(tau)
+    assert (np.abs(np.linalg.solve(arm.joint_to_motor.T, cut)) <= arm.motor_torque_limit).all()
+    np.testing.assert_array_equal(cut[[0, 3, 4, 5, 6]], 0.0)
+    # Power is the same on both sides of the differential.
+    v = np.linspace(-1.0, 1.0, 7)
+    assert motors @ (arm.joint_to_motor @ v) == pytest.approx(tau @ v)
+    # Barrett's joint limits are what the motors give when only one of two joints asks.
+    for joint in (1, 2, 4, 5):
+        alone = np.zeros(7)
+        alone[joint] = 0.999 * arm.torque_limit[joint]
+        np.testing.assert_allclose(limit.cut(alone), alone, atol=1e-9)
+
+
+def test_a_motor_that_binds_is_named_and_the_torques_stay_within_the_differential():
+    arm = load("wam7")
+    controller = OperationalSpaceController(arm, friction=False)
+    state = arm.update(np.array([0.0, 0.9, 0.0, 1.9, 0.0, -0.5, 0.0]), np.zeros(7))
+    named = set()
+    for direction in np.vstack((np.eye(3), -np.eye(3))):
+        output = controller.step(Observation(0.0, state.q, state.v), Reference(state.pose.moved(0.5 * direction)))
+        motors = np.linalg.solve(arm.joint_to_motor.T, output.command.torque)
+        shared = [1, 2, 4, 5]
+        assert (np.abs(motors[shared]) <= arm.motor_torque_limit[shared]).all()
+        named |= {name for name in output.active_limits if name.startswith("motor")}
+        for name in output.active_limits:
+            if name.startswith("motor"):
+                row = int(name[6])
+                assert abs(motors[row]) == pytest.approx(arm.motor_torque_limit[row], rel=1e-6)
+    assert named
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"joint_to_motor": np.eye(7)}, "go together"),
+        ({"joint_to_motor": np.zeros((7, 7)), "motor_torque_limit": np.ones(7)}, "invertible"),
+        ({"joint_to_motor": np.eye(7), "motor_torque_limit": np.zeros(7)}, "positive"),
+        ({"joint_to_motor": np.eye(7) + np.eye(7, k=1), "motor_torque_limit": np.full(7, 1e3)}, "lower one of the two"),
+    ],
+)
+def test_a_transmission_that_makes_no_sense_is_refused(arguments, message):
+    with pytest.raises(ModelError, match=message):
+        without_friction("panda", **arguments)
+
+
+def test_a_joint_outside_is_not_asked_for_more_than_it_can_do(arm):
+    velocity, position = VelocityLimit(arm, RATE), PositionLimit(arm, RATE)
+    demand = np.full(arm.nv, 20.0)
+    bounds = AccelerationBounds([velocity, position], arm.nv, demand)
+    _, lower, upper = intersect(bounds, arm.q_upper + 0.1, 1.2 * arm.velocity_limit)
+    np.testing.assert_array_equal(upper, -20.0)
+    assert (lower <= upper).all()
+
+
+def intersect(bounds, q, v):
+    n = len(q)
+    values = bounds.split(bounds.matrix @ np.concatenate((q, v, [1.0])))
+    lower, upper = np.zeros(n), np.zeros(n)
+    bounds.intersect(values, lower, upper)
+    return values, lower, upper
+
+
+def test_the_tightest_bound_counts_and_is_named(arm):
+    velocity, position = VelocityLimit(arm, RATE), PositionLimit(arm, RATE)
+    both = AccelerationBounds([velocity, position], arm.nv)
+    for q, v in random_states(arm, 20, speed=0.9):
+        values, lower, upper = intersect(both, q, v)
+        one, other = velocity.bounds().at(q, v), position.bounds().at(q, v)
+        np.testing.assert_allclose(upper, np.minimum(one.upper, other.upper))
+        np.testing.assert_allclose(lower, np.maximum(one.lower, other.lower))
+        for joint in range(arm.nv):
+            nearer = "velocity" if one.upper[joint] < other.upper[joint] else "position"
+            assert both.name(values, joint, "upper") == f"{nearer}[{joint}] upper"
+
+
+def test_a_joint_far_outside_its_range_returns_no_faster_than_its_velocity_limit(arm):
+    velocity, position = VelocityLimit(arm, RATE), PositionLimit(arm, RATE)
+    q, v = arm.q_upper + 2.0, np.zeros(arm.nv)
+    _, lower, upper = intersect(AccelerationBounds([velocity, position], arm.nv), q, v)
+    assert (lower <= upper).all()
+    np.testing.assert_allclose(upper, velocity.bounds().at(q, v).lower)
+
+
+def test_one_limit_or_none_are_intersections_too(arm):
+    q, v = next(random_states(arm, 1))
+    velocity = VelocityLimit(arm, RATE)
+    _, lower, upper = intersect(AccelerationBounds([velocity], arm.nv), q, v)
+    np.testing.assert_allclose((lower, upper), velocity.bounds().at(q, v)[1:])
+    _, lower, upper = intersect(AccelerationBounds([], arm.nv), q, v)
+    assert (lower == -np.inf).all()
+    assert (upper == np.inf).all()
+
+
+def test_joints_without_limits_are_not_bounded():
+    free = without_friction(
+        "panda", q_lower=np.full(7, -np.inf), q_upper=np.full(7, np.inf), velocity_limit=np.full(7, np.inf)
+    )
+    bounds = AccelerationBounds([VelocityLimit(free, RATE), PositionLimit(free, RATE)], 7)
+    _, lower, upper = intersect(bounds, np.zeros(7), np.ones(7))
+    assert (lower == -np.inf).all()
+    assert (upper == np.inf).all()
+
+
+@pytest.mark.parametrize("limit", ["torque", "velocity", "position"])
+def test_without_a_limit_it_is_exceeded(limit):
+    """The stress test can fail: each limit, left out, is exceeded by the same kind of motion."""
+    arm = without_friction("wam7", torque_limit=0.5 * load("wam7").torque_limit)
+    rng = np.random.default_rng(7)
+    span, exceeded = arm.q_upper - arm.q_lower, False
+    others = [name for name in ("torque", "velocity", "position") if name != limit]
+    for _ in range(10):
+        start, goal = (arm.q_lower + span * rng.uniform(0.02, 0.98, arm.nv) for _ in range(2))
+        controller = OperationalSpaceController(arm, posture=goal, limits=others)
+        reference = Reference(arm.update(goal, np.zeros(arm.nv)).pose)
+        for _, q, v, torque in simulate(
+            arm, lambda o, c=controller, r=reference: c.step(o, r).command.torque, start, 0.3
+        ):
+            exceeded |= {
+                "torque": bool((np.abs(torque) > arm.torque_limit).any()),
+                "velocity": bool((np.abs(v) > arm.velocity_limit).any()),
+                "position": bool(((q < arm.q_lower) | (q > arm.q_upper)).any()),
+            }[limit]
+        if exceeded:
+            return
+    raise AssertionError(f"{limit} was never exceeded")

@@ -1,0 +1,88 @@
+"""A thousand random starts and targets for each arm: what the simulated arm does stays within its limits."""
+
+import numpy as np
+import pytest
+
+from arms import load, without_friction
+from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
+from pilegrasp_ctrl.limits.position_limit import PositionLimit
+from pilegrasp_ctrl.limits.torque_limit import TorqueLimit
+from pilegrasp_ctrl.plant.arm_simulation import ArmSimulation
+from pilegrasp_ctrl.types import MassProperties, Reference
+
+RATE = 500.0
+STARTS = 1000
+DURATION = 0.24
+BATCHES = 4
+HAND = MassProperties(0.6, np.array([0.0, 0.0, 0.08]), 0.0012 * np.eye(3))
+
+
+def start(arm, rng, kind):
+    """From rest, in motion that can be stopped, or outside: joints beyond their range, others too fast."""
+    span = arm.q_upper - arm.q_lower
+    q = arm.q_lower + span * rng.uniform(0.02, 0.98, arm.nv)
+    v = np.zeros(arm.nv)
+    if kind == "moving":
+        gain = PositionLimit(arm, RATE).gain
+        up = np.minimum(gain * (arm.q_upper - q), arm.velocity_limit)
+        down = np.minimum(gain * (q - arm.q_lower), arm.velocity_limit)
+        v = rng.uniform(-0.9 * down, 0.9 * up)
+    if kind == "outside":
+        beyond, high = rng.random((2, arm.nv)) < [[0.3], [0.5]]
+        excess = rng.uniform(0.0, 0.15, arm.nv)
+        q = np.where(beyond, np.where(high, arm.q_upper + excess, arm.q_lower - excess), q)
+        fast = (rng.random(arm.nv) < 0.2) & ~beyond
+        v = np.where(fast, arm.velocity_limit * rng.uniform(1.0, 1.3, arm.nv) * rng.choice([-1, 1], arm.nv), 0.0)
+        q = np.where(fast, arm.q_lower + 0.5 * span, q)
+    return q, v
+
+
+def excess(arm, sample):
+    """How far each joint is beyond its range [rad] and above its speed [rad/s]; negative within."""
+    beyond = np.maximum(sample.q - arm.q_upper, arm.q_lower - sample.q)
+    return np.concatenate((beyond, np.abs(sample.v) - arm.velocity_limit))
+
+
+@pytest.mark.parametrize("batch", range(BATCHES))
+@pytest.mark.parametrize("name", ["wam7", "panda", "wam7 with friction and hand"])
+def test_no_limit_is_exceeded_and_an_excess_at_the_start_only_shrinks(name, batch):
+    arm = load("wam7", tool=HAND) if "hand" in name else without_friction(name)
+    plant, torque_limit = ArmSimulation(arm), TorqueLimit(arm)
+    rng = np.random.default_rng([7, batch])
+    span, hit = arm.q_upper - arm.q_lower, set()
+    for index in range(STARTS // BATCHES):
+        kind = ("still", "moving", "outside")[index % 3]
+        q, v = start(arm, rng, kind)
+        goal = arm.q_lower + span * rng.uniform(-0.1, 1.1, arm.nv)
+        controller = OperationalSpaceController(arm, posture=goal, rate=RATE)
+        reference = Reference(arm.update(goal, np.zeros(arm.nv)).pose)
+
+        def torque(observation, controller=controller, reference=reference):
+            output = controller.step(observation, reference)
+            assert output.fallback == ""
+            hit.update(active.partition("[")[0] for active in output.active_limits)
+            return output.command.torque
+
+        allowed = None
+        # What the torques leave to coupling while joints outside return is small: 0.06 degrees, 5 mrad/s.
+        slack = np.repeat([0.0, 0.0] if kind != "outside" else [1e-3, 5e-3], arm.nv)
+        for sample in plant.run(torque, q, DURATION, v=v, rate=RATE):
+            beyond = excess(arm, sample)
+            allowed = np.maximum(beyond, 0.0) if allowed is None else allowed
+            assert (beyond <= allowed + slack).all(), f"{kind} start {index} at {sample.time:.3f} s"
+            allowed = np.minimum(allowed, np.maximum(beyond, 0.0))
+            rows = sample.torque if torque_limit.matrix is None else torque_limit.matrix @ sample.torque
+            assert (np.abs(rows) <= torque_limit.limit).all()
+            assert (np.abs(sample.torque) <= arm.torque_limit).all()
+    assert hit >= {"torque", "velocity", "position"}
+    assert ("motor" in hit) == (torque_limit.matrix is not None)
+
+
+def test_every_joint_outside_its_range_is_back_within_a_second():
+    arm = without_friction("wam7")
+    q = np.where(np.arange(arm.nv) % 2 == 0, arm.q_upper + 0.1, arm.q_lower - 0.1)
+    controller = OperationalSpaceController(arm, rate=RATE)
+    reference = Reference(arm.update(q, np.zeros(arm.nv)).pose)
+    *_, last = ArmSimulation(arm).run(lambda o: controller.step(o, reference).command.torque, q, 1.0, rate=RATE)
+    assert (last.q <= arm.q_upper).all()
+    assert (last.q >= arm.q_lower).all()

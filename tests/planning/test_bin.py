@@ -1,0 +1,188 @@
+"""The bin: its walls, what a push goes to in it, and its rim, which neither arm nor hand may hit."""
+
+import math
+from dataclasses import replace
+from itertools import product
+
+import mujoco
+import numpy as np
+import pytest
+
+from pilegrasp_ctrl import run
+from pilegrasp_ctrl.config import load_scenario
+from pilegrasp_ctrl.exceptions import PileError, UnreachablePoseError
+from pilegrasp_ctrl.planning.layout import WALL_DISTANCE, make_layout
+from pilegrasp_ctrl.planning.push_goal import NEAR_A_FAILED_LINE, PushGoal
+from pilegrasp_ctrl.planning.push_line import plan_push_line
+from pilegrasp_ctrl.planning.walls import BIN_INNER
+from pilegrasp_ctrl.programs.attempt import prepare
+from pilegrasp_ctrl.sections import PileConfig, SupportConfig
+from pilegrasp_ctrl.sim.hand import Hand
+from pilegrasp_ctrl.sim.objects import objects_of
+from pilegrasp_ctrl.sim.start_posture import StartPosture
+
+EMPTY = {"pile.count": 0, "program": "push"}
+
+
+def layout_of(kind="wall", **pile):
+    return make_layout(SupportConfig(kind=kind, bin=True), PileConfig(**pile), 0.054)
+
+
+@pytest.mark.parametrize("kind", ["wall", "corner"])
+def test_the_walls_enclose_the_crates_inner_size_and_nothing_overlaps_it(kind):
+    far, near, left, right = layout_of(kind).walls
+    length, width, height = BIN_INNER
+    assert (length, width, height) == (0.56, 0.38, 0.16)
+    assert far.center[0] - far.half_size[0] == pytest.approx(WALL_DISTANCE)
+    assert near.center[0] + near.half_size[0] == pytest.approx(WALL_DISTANCE - length)
+    assert left.center[1] - left.half_size[0] == pytest.approx(0.5 * width)
+    assert right.center[1] + right.half_size[0] == pytest.approx(-0.5 * width)
+    # Outer sizes of the laboratory's model.
+    assert far.center[0] + far.half_size[0] - near.center[0] + near.half_size[0] == pytest.approx(0.595)
+    assert left.center[1] + left.half_size[0] - right.center[1] + right.half_size[0] == pytest.approx(0.395)
+    for wall in (far, near, left, right):
+        assert wall.center[2] == wall.half_size[2] == 0.5 * height
+        inward = np.array([WALL_DISTANCE - 0.5 * length, 0.0]) - wall.center[:2]
+        assert inward @ [math.cos(wall.yaw), math.sin(wall.yaw)] > 0.0
+
+
+@pytest.mark.parametrize("kind", ["wall", "corner"])
+def test_the_frame_stands_inside_at_the_support(kind):
+    layout = layout_of(kind)
+    corners = layout.frame_center + 0.5 * layout.frame_size * np.array(list(product((-1, 1), repeat=2)))
+    assert corners[:, 0].max() == pytest.approx(WALL_DISTANCE)
+    assert np.abs(corners[:, 1]).max() <= 0.5 * BIN_INNER[1] + 1e-9
+    assert (np.abs(corners[:, 1]).max() == pytest.approx(0.5 * BIN_INNER[1])) == (kind == "corner")
+    with pytest.raises(PileError, match="does not fit into the bin"):
+        layout_of(kind, frame_size=0.4)
+
+
+def test_the_first_goal_is_the_one_that_was_asked_for():
+    assert [goal.name for goal in layout_of("wall").goals] == ["wall", "corner_left", "corner_right"]
+    assert [goal.name for goal in layout_of("corner").goals] == ["corner_left", "corner_right", "wall"]
+    assert make_layout(SupportConfig(), PileConfig(), 0.054).goals == ()
+    corner = layout_of("corner").goals[0]
+    np.testing.assert_allclose(corner.anchor, [WALL_DISTANCE, 0.5 * BIN_INNER[1]])
+
+
+def test_a_lane_lies_where_most_objects_are_within_the_hands_room():
+    wall = PushGoal("wall", np.array([1.0, 0.0]), 0.0, (-0.03, 0.12))
+    heap = np.array([[0.95, 0.08], [0.9, 0.09], [0.9, 0.10], [0.95, -0.15]])
+    line, count = wall.best_line(heap, 0.03)
+    assert count == 3
+    assert line.anchor == pytest.approx([1.0, 0.09], abs=0.021)
+    beyond, count = wall.best_line(np.array([[0.9, 0.15], [0.9, 0.16]]), 0.06)
+    assert count == 2
+    assert -0.03 <= beyond.anchor[1] <= 0.12
+    corner = PushGoal("corner_left", np.array([1.0, 0.19]), math.radians(30.0))
+    line, count = corner.best_line(np.array([[1.0 - math.sqrt(3.0) * 0.1, 0.09], [0.9, -0.1]]), 0.05)
+    np.testing.assert_allclose(line.anchor, corner.anchor)
+    assert count == 1
+
+
+def test_a_line_lies_beside_those_that_failed_unless_there_is_only_one():
+    wall = PushGoal("wall", np.array([1.0, 0.0]), 0.0, (-0.03, 0.12))
+    heap = np.array([[0.95, 0.03], [0.9, 0.04], [0.95, 0.05], [0.9, 0.06]])
+    first, count = wall.best_line(heap, 0.06)
+    second, _ = wall.best_line(heap, 0.06, [first])
+    assert count == 4
+    assert abs(second.anchor[1] - first.anchor[1]) >= NEAR_A_FAILED_LINE
+    # Nothing is won where nothing lies, and a line to another goal is another push.
+    alone = np.array([[0.95, 0.17]])
+    assert wall.best_line(alone, 0.06, 5 * [wall.best_line(alone, 0.06)[0]])[1] == 1
+    assert wall.best_line(heap, 0.06, [replace(first, name="corner_left")])[0].anchor == pytest.approx(first.anchor)
+    # A line that is chosen is kept, and so is the only one.
+    assert first.best_line(heap[:1], 0.06, [first])[0].anchor == pytest.approx(first.anchor)
+
+
+def test_the_hand_comes_down_where_the_wrist_clears_the_near_wall():
+    wall, corner, _ = layout_of("wall").goals
+    assert wall.reach_deficit(np.array([0.72, 0.1])) == 0.0
+    assert wall.reach_deficit(np.array([0.68, 0.1])) == pytest.approx(0.02)
+    assert corner.reach_deficit(np.array([0.65, 0.0])) == pytest.approx(0.01 / math.cos(math.radians(30.0)))
+    assert PushGoal("wall", np.zeros(2), 0.0).reach_deficit(np.array([-5.0, 0.0])) == 0.0
+
+
+@pytest.mark.parametrize(("nearest_ball", "touch"), [(0.80, 0.723), (0.77, 0.70), (0.74, 0.70)])
+def test_a_pile_near_the_arm_is_met_with_less_clearance(nearest_ball, touch):
+    scenario = load_scenario("bin_picking")
+    objects, layout = objects_of(scenario.pile), layout_of()
+    balls = np.zeros((5, 7))
+    balls[:, :3] = np.array([np.linspace(nearest_ball, 0.97, 5), np.zeros(5), np.full(5, 0.027)]).T
+    hand, radius = Hand.load("rbo_hand2").use, objects.bounding_radius
+    line = plan_push_line(scenario.strategy, hand, layout, balls, radius, goal=layout.goals[0])
+    assert line.touch(scenario.strategy)[0] == pytest.approx(touch)
+
+
+def test_a_pile_too_near_for_the_wrist_is_out_of_reach():
+    scenario = load_scenario("bin_picking")
+    balls = np.zeros((5, 7))
+    balls[:, :3] = np.array([np.linspace(0.73, 0.97, 5), np.zeros(5), np.full(5, 0.027)]).T
+    hand, layout, radius = Hand.load("rbo_hand2").use, layout_of(), objects_of(scenario.pile).bounding_radius
+    with pytest.raises(UnreachablePoseError, match="the wrist would hit the bin's near wall"):
+        plan_push_line(scenario.strategy, hand, layout, balls, radius, goal=layout.goals[0])
+
+
+def placed(attempt, part, target):
+    """Put the hand so that the centre of the geom `part` is at `target`; return what is said of the contacts."""
+    simulation, plan = attempt.simulation, attempt.plan
+    data, hand = simulation.data, Hand.load("rbo_hand2")
+    search = StartPosture("wam7", hand.transform_tool_to_flange, layout_of(count=0).transform_base_to_world)
+    start = search.solve(plan.start)
+    data.qpos[:7] = start
+    mujoco.mj_forward(simulation.scene.model, data)
+    way = np.asarray(target) - data.geom_xpos[part]
+    data.qpos[:7] = search.solve(plan.start.moved(way), start)
+    mujoco.mj_forward(simulation.scene.model, data)
+    data.time += 1.0
+    return attempt.rims.collision(data)
+
+
+@pytest.fixture(scope="module")
+def attempt():
+    # The tip of a steeper hand cannot be put on the far rim.
+    return prepare(load_scenario("bin_picking", EMPTY | {"support.tilt_deg": 0.0, "strategy.theta_deg": 50.0}), 0)
+
+
+def test_fingers_may_lean_on_a_wall_but_not_on_its_rim(attempt):
+    model = attempt.simulation.scene.model
+    tip = int(model.body("middle_4").geomadr[0])
+    assert placed(attempt, tip, [0.995, 0.0, 0.05]) == ""
+    assert attempt.simulation.data.ncon > 0
+    verdict = placed(attempt, tip, [0.995, 0.0, 0.155])
+    assert verdict.startswith("collision with the bin's rim: ")
+    assert verdict.endswith("at bin_far")
+
+
+def test_the_wrist_has_nothing_to_seek_at_a_wall(attempt):
+    sensor = attempt.simulation.scene.model.geom("sensor").id
+    verdict = placed(attempt, sensor, [0.7, 0.16, 0.11])
+    assert verdict in {f"collision with the bin's rim: {part} at bin_left" for part in ("sensor", "link5", "link6")}
+
+
+def test_objects_on_a_wall_are_no_collision():
+    attempt = prepare(load_scenario("bin_picking", {"pile.count": 3}), 0)
+    data = attempt.simulation.data
+    names = {frozenset(pair) for pair in data.contact.geom.tolist()}
+    assert any(attempt.simulation.scene.model.geom("bin_far").id in pair for pair in names)
+    data.time = 1.0
+    assert attempt.rims.collision(data) == ""
+
+
+def test_an_arm_that_hits_the_rim_ends_its_primitive():
+    """On a steeper floor the upright arm's elbow comes down on the near wall."""
+    result = run("bin_picking", overrides=EMPTY | {"support.tilt_deg": 15.0, "strategy.clearance": 0.2})
+    assert not result.success
+    assert result.outcomes[-1].status == "failed"
+    assert result.reason == "push: collision with the bin's rim: link4 at bin_near"
+
+
+@pytest.mark.parametrize("kind", ["wall", "corner"])
+def test_a_push_comes_down_inside_and_reaches_its_goal_without_touching_the_rim(kind):
+    result = run("bin_picking", overrides=EMPTY | {"support.kind": kind}, record=True)
+    assert result.success, result.reason
+    assert [outcome.trigger for outcome in result.outcomes] == ["surface contact", "grasp force"]
+    x, y, _ = result.recording.signals["tool_position"][-1]
+    assert (x > 0.97) if kind == "wall" else (y > 0.09 and x > 0.88)
+    # It starts above the rim.
+    assert result.recording.signals["tool_position"][0, 2] > BIN_INNER[2] + 0.05

@@ -1,0 +1,76 @@
+"""Every pile of the paper's grids lies where the arm can push it, from wherever it is pushed."""
+
+import numpy as np
+import pytest
+
+from pilegrasp_ctrl.config import load_scenario
+from pilegrasp_ctrl.planning.layout import BASE_RADIUS, MAX_TOUCH_DISTANCE, MIN_TOUCH_DISTANCE, PUSH_END, make_layout
+from pilegrasp_ctrl.programs.attempt import prepare
+from pilegrasp_ctrl.sections import PileConfig, SupportConfig
+
+KINDS = ("none", "wall", "corner")
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    ("length", "distance"), [(0.2, MAX_TOUCH_DISTANCE), (0.31, PUSH_END - 0.31), (0.5, MIN_TOUCH_DISTANCE)]
+)
+@pytest.mark.parametrize("alpha", [0.0, 0.5, -1.2])
+def test_the_arm_stands_on_the_line_of_the_push_and_looks_along_it(kind, length, distance, alpha):
+    layout = make_layout(SupportConfig(kind=kind), PileConfig(), 0.054)
+    direction = np.array([np.cos(alpha), np.sin(alpha)])
+    touch = np.array([0.6, -0.1])
+    placed = layout.with_base_behind_push(touch, touch + length * direction, np.zeros((0, 2)))
+    base = placed.transform_base_to_world
+    np.testing.assert_allclose(base.translation[:2], touch - distance * direction, atol=1e-12)
+    np.testing.assert_allclose(base.rotation[:, 0], [*direction, 0.0], atol=1e-12)
+    assert base.translation[2] == layout.transform_base_to_world.translation[2]
+    np.testing.assert_allclose(placed.gravity, layout.gravity, atol=1e-12)
+    assert placed.walls is layout.walls
+
+
+def test_an_arm_that_is_turned_stands_upright_on_a_tilted_floor():
+    layout = make_layout(SupportConfig(tilt_deg=5.0), PileConfig(), 0.054)
+    placed = layout.with_base_behind_push(np.array([0.7, -0.2]), np.array([1.0, 0.0]), np.zeros((0, 2)))
+    np.testing.assert_allclose(placed.gravity, layout.gravity, atol=1e-12)
+    base = placed.transform_base_to_world.rotation
+    np.testing.assert_allclose(base[:, 2], layout.transform_base_to_world.rotation[:, 2], atol=1e-12)
+
+
+def test_the_arm_never_stands_on_an_object():
+    layout = make_layout(SupportConfig(), PileConfig(), 0.054)
+    touch, strays = np.array([0.45, 0.0]), np.array([[-0.2, 0.05], [-0.35, -0.1]])
+    axis = layout.with_base_behind_push(touch, np.array([0.95, 0.0]), strays).transform_base_to_world.translation[:2]
+    assert np.linalg.norm(strays - axis, axis=1).min() >= BASE_RADIUS
+    assert axis[0] < -0.35
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_wide_frame_keeps_clear_of_the_arm(kind):
+    for size in (0.1, 0.25, 0.33, 0.83):
+        layout = make_layout(SupportConfig(kind=kind), PileConfig(frame_size=size), 0.054)
+        reach = size / np.sqrt(2.0) if kind == "corner" else 0.5 * size
+        assert layout.frame_center[0] - reach > BASE_RADIUS
+        usual = make_layout(SupportConfig(kind=kind), PileConfig(), 0.054)
+        for wall, other in zip(layout.walls, usual.walls, strict=True):
+            assert (wall.center[0] > other.center[0]) == (size > 0.8)
+
+
+@pytest.mark.parametrize(
+    ("kind", "count", "mass"), [*((kind, n, 0.06) for kind in KINDS for n in (3, 30)), ("corner", 60, 0.06)]
+)
+def test_spheres_of_any_number_are_within_reach(kind, count, mass):
+    attempt = prepare(load_scenario("spheres_wall", {"support.kind": kind, "pile.count": count, "pile.mass": mass}), 0)
+    assert attempt.plan.primitives[1].travel > 0.1
+
+
+@pytest.mark.parametrize("ratio", [0.3, 1.5])
+def test_balls_of_any_size_are_within_reach_of_the_shovel(ratio):
+    scale = ratio * 0.12 / 0.054
+    keys = {"support.kind": "corner", "pile.scale": scale, "pile.frame_size": 0.25 * scale, "hand": "shovel"}
+    assert prepare(load_scenario("spheres_wall", keys), 0).plan.primitives[1].travel > 0.15

@@ -1,0 +1,102 @@
+"""The object-based strategy: which object it aims at, from poses alone."""
+
+import numpy as np
+import pytest
+
+from pilegrasp_ctrl.config import load_scenario
+from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.planning.object_choice import choose_object
+from pilegrasp_ctrl.programs.attempt import prepare
+from pilegrasp_ctrl.sim.hand import Hand
+
+RADIUS = 0.027
+PUSH = np.array([1.0, 0.0])
+UP, ALONG, ACROSS = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+
+
+def on_table(*plane):
+    return np.array([[x, y, RADIUS] for x, y in plane])
+
+
+def choose(pile, push=PUSH, axes=None):
+    return choose_object(pile, push, RADIUS, np.median(pile[:, :2], axis=0), axes)
+
+
+def test_of_the_first_row_it_takes_the_object_whose_way_leads_to_the_centre():
+    pile = on_table((0.8, -0.12), (0.8, 0.0), (0.8, 0.12), (0.9, -0.06), (0.9, 0.06), (0.9, 0.0), (0.95, 0.0))
+    assert choose(pile) == 1
+
+
+@pytest.mark.parametrize(("center", "expected"), [((0.95, 0.0), 0), ((0.95, 0.1), 1)])
+def test_the_centre_is_what_the_caller_says(center, expected):
+    assert choose_object(on_table((0.8, 0.0), (0.8, 0.1)), PUSH, RADIUS, np.array(center)) == expected
+
+
+def test_what_lies_behind_another_object_cannot_be_pushed_first():
+    pile = on_table((0.90, 0.0), (0.80, 0.01), (1.0, -0.1), (1.0, 0.1))
+    assert choose(pile) == 1
+
+
+def test_what_lies_on_others_is_left_alone():
+    pile = np.vstack([on_table((0.9, -0.02), (0.9, 0.06), (0.95, 0.02)), [0.85, 0.02, 0.07]])
+    assert choose(pile) in (0, 1)
+
+
+def test_an_object_that_would_slide_away_along_its_neighbour_loses():
+    # Both are as far off the centre's line; the first touches a neighbour that turns it outwards.
+    free, blocked = (0.8, 0.05), (0.8, -0.05)
+    neighbour = (0.8 + 0.045, -0.05 + 0.03)
+    counterweight = (0.8 + 0.15, -0.05 + 0.07)
+    pile = on_table(blocked, free, neighbour, counterweight, (0.95, 0.0))
+    assert choose(pile) == 1
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.5, -1.2])
+def test_the_choice_turns_with_the_push(alpha):
+    pile = on_table((0.8, -0.12), (0.8, 0.01), (0.8, 0.12), (0.9, -0.06), (0.9, 0.06), (0.95, 0.0))
+    turn = np.array([[np.cos(alpha), -np.sin(alpha)], [np.sin(alpha), np.cos(alpha)]])
+    turned = pile.copy()
+    turned[:, :2] = pile[:, :2] @ turn.T
+    assert choose(turned, turn @ PUSH) == choose(pile) == 1
+
+
+@pytest.mark.parametrize("axis", [UP, ACROSS, -UP, -ACROSS])
+def test_a_cylinder_that_can_roll_or_stands_is_preferred(axis):
+    pile = on_table((0.8, 0.0), (0.8, 0.1), (0.9, 0.0), (0.9, -0.05))
+    axes = np.array([ALONG, axis, ALONG, ALONG])
+    assert choose(pile, axes=axes) == 1
+
+
+def test_where_no_cylinder_is_turned_well_the_best_placed_one_is_taken():
+    pile = on_table((0.8, 0.0), (0.8, 0.1), (0.9, 0.0), (0.9, -0.05))
+    assert choose(pile, axes=np.tile(ALONG, (4, 1))) == 0
+
+
+def test_one_object_alone_is_chosen():
+    assert choose(on_table((0.8, 0.3))) == 0
+
+
+def test_the_tool_frame_is_the_gap_that_is_centred_on_the_object():
+    hand = Hand.load("rbo_hand2")
+    tips = hand.parameters["fingers"]["tip"]
+    gap = 0.5 * (np.array(tips["middle"]) + np.array(tips["ring"]))
+    inside = hand.transform_tool_to_flange.inverse()
+    assert abs((inside.rotation @ gap + inside.translation)[1]) < 1e-3
+
+
+@pytest.mark.parametrize("kind", ["light_sphere", "cylinder"])
+def test_the_push_goes_through_the_chosen_object(kind, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    keys = {"strategy.kind": "object", "pile.object": kind, "pile.count": 6, "strategy.alpha_deg": 20.0}
+    attempt = prepare(load_scenario("spheres_corner", keys), 3)
+    touch, direction = attempt.plan.waypoints[1].translation[:2], attempt.plan.direction[:2]
+    offset = attempt.pile.poses[:, :2] - touch
+    aside = np.abs(offset @ np.array([-direction[1], direction[0]]))
+    nearest = int(np.argmin(aside))
+    assert aside[nearest] < 1e-9
+    assert not np.allclose(np.median(offset, axis=0) @ np.array([-direction[1], direction[0]]), 0.0, atol=1e-6)
+
+
+def test_without_objects_there_is_nothing_to_aim_at():
+    with pytest.raises(ConfigurationError, match="count is 0"):
+        prepare(load_scenario("push_wall", {"strategy.kind": "object"}), 0)

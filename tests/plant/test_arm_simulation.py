@@ -1,0 +1,272 @@
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from arms import ARMS, HOME, load, random_states, without_friction
+from pilegrasp_ctrl import ArmModel, ArmSimulation, Impedance, ImpedanceController
+from pilegrasp_ctrl.exceptions import ConfigurationError, PilegraspError, SimulationError
+from pilegrasp_ctrl.plant.sensor_noise import SensorNoise
+from pilegrasp_ctrl.robots import description
+from pilegrasp_ctrl.types import Reference
+from spring_wall import SpringWall
+
+
+@pytest.fixture(params=ARMS)
+def arm(request):
+    return load(request.param)
+
+
+@pytest.fixture
+def free(arm):
+    return without_friction(arm.name)
+
+
+def flywheel(inertia=0.5, coulomb=0.0, viscous=0.0):
+    """One joint about the vertical, whose motion under friction is known."""
+    model = pin.Model()
+    joint = model.addJoint(0, pin.JointModelRZ(), pin.SE3.Identity(), "joint")
+    model.appendBodyToJoint(joint, pin.Inertia(1.0, np.zeros(3), inertia * np.eye(3)), pin.SE3.Identity())
+    model.addFrame(pin.Frame("tool", joint, pin.SE3(np.eye(3), np.array([1.0, 0.0, 0.0])), pin.FrameType.OP_FRAME))
+    limits = {"q_lower": [-99.0], "q_upper": [99.0], "velocity_limit": [99.0], "torque_limit": [99.0]}
+    return ArmModel(model, "tool", friction_coulomb=[coulomb], friction_viscous=[viscous], **limits)
+
+
+def samples(simulation, torque, q, duration, **options):
+    return list(simulation.run(torque if callable(torque) else lambda _: torque, q, duration, **options))
+
+
+def energy(arm, sample):
+    model = arm.pinocchio_model
+    data = model.createData()
+    potential = pin.computePotentialEnergy(model, data, sample.q)
+    return potential + 0.5 * sample.v @ arm.update(sample.q, sample.v).M @ sample.v
+
+
+def test_without_friction_and_torque_energy_is_kept_the_better_the_finer_the_steps(free):
+    """A free fall; over a given time the error of the midpoint rule falls with the square of the step or faster."""
+    drifts = []
+    for substeps in (1, 2, 4):
+        fall = samples(ArmSimulation(free, substeps=substeps), np.zeros(7), HOME[free.name], 1.0, rate=100.0)
+        motion = max(0.5 * s.v @ free.update(s.q, s.v).M @ s.v for s in fall)
+        energies = np.array([energy(free, sample) for sample in fall])
+        drifts.append(np.abs(energies - energies[0]).max() / motion)
+    assert drifts[2] < 1e-3
+    assert drifts[1] < 0.3 * drifts[0]
+    assert drifts[2] < 0.3 * drifts[1]
+
+
+def test_friction_only_takes_energy_away():
+    arm = load("wam7")
+    fall = samples(ArmSimulation(arm), np.zeros(7), HOME["wam7"], 0.5)
+    energies = [energy(arm, sample) for sample in fall]
+    assert (np.diff(energies) < 1e-4).all()
+    assert energies[-1] < energies[0] - 0.1
+
+
+def test_joints_stick_below_the_coulomb_torque_and_slip_above():
+    arm, q = load("wam7"), HOME["wam7"]
+    h = arm.update(q, np.zeros(7)).h
+    signs = np.array([1, -1, 1, 1, -1, 1, -1])
+    stuck = samples(ArmSimulation(arm), h + 0.95 * signs * arm.friction_coulomb, q, 1.0)[-1]
+    np.testing.assert_array_equal(stuck.q, q)
+    np.testing.assert_array_equal(stuck.v, np.zeros(7))
+    slipping = samples(ArmSimulation(arm), h + 1.05 * signs * arm.friction_coulomb, q, 0.1)[-1]
+    assert (slipping.v * signs > 0.0).all()
+
+
+def test_one_joint_slips_while_the_others_stick():
+    arm, q = load("wam7"), HOME["wam7"]
+    push = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.2 * arm.friction_coulomb[6]])
+    last = samples(ArmSimulation(arm), arm.update(q, np.zeros(7)).h + push, q, 0.05)[-1]
+    np.testing.assert_array_equal(last.q[:6], q[:6])
+    assert last.q[6] > q[6] + 1e-3
+
+
+def test_friction_holds_a_joint_or_opposes_it_with_all_it_has():
+    """The conditions that single the friction out, at random states and velocities: some joints held, some not."""
+    arm, rng, step, held = load("wam7"), np.random.default_rng(3), 1e-3, 0
+    friction = ArmSimulation(arm).friction
+    for q, v in random_states(arm, 50):
+        M, v_free = arm.update(q, v).M, v * rng.uniform(0.0, 1.0) * 0.1
+        v_end, f = friction.slow(M, v, v_free, step)
+        momentum = M @ (v_end - v_free) + 0.5 * step * friction.viscous * (v + v_end)
+        np.testing.assert_allclose(momentum, step * f, atol=1e-9)
+        assert (np.abs(f) <= friction.coulomb * (1.0 + 1e-9)).all()
+        np.testing.assert_allclose(f[v_end != 0.0], -(np.sign(v_end) * friction.coulomb)[v_end != 0.0], rtol=1e-6)
+        held += int((v_end == 0.0).sum())
+    assert 20 < held < 330
+
+
+def test_a_joint_slows_down_under_coulomb_friction_as_the_textbook_says_and_then_stays():
+    speed, inertia, coulomb = 1.0, 0.5, 2.0
+    arm = flywheel(inertia, coulomb)
+    run = samples(ArmSimulation(arm), np.zeros(1), [0.0], 0.5, v=[speed])
+    time, q, v = (np.array([getattr(s, name) for s in run]).squeeze() for name in ("time", "q", "v"))
+    stop = speed * inertia / coulomb
+    np.testing.assert_allclose(v, np.maximum(0.0, speed - coulomb / inertia * time), atol=5e-3)
+    assert q[-1] == pytest.approx(0.5 * speed * stop, abs=1e-5)
+    assert not v[time > stop + 1e-3].any()
+
+
+def test_viscous_friction_decays_and_a_stiff_one_does_not_blow_up():
+    last = samples(ArmSimulation(flywheel(0.5, viscous=2.0)), np.zeros(1), [0.0], 0.502, v=[1.0])[-1]
+    assert last.v[0] == pytest.approx(np.exp(-2.0 / 0.5 * 0.5), rel=1e-4)
+    stiff = samples(ArmSimulation(flywheel(1e-4, viscous=10.0)), np.zeros(1), [0.0], 0.5, v=[1.0])
+    assert max(abs(s.v[0]) for s in stiff) <= 1.0
+
+
+def test_a_wall_gives_its_stiffness_times_the_depth_and_balances_the_controllers_spring(free):
+    """Two springs in series: the depth is spring / (spring + wall) of how far the reference lies inside."""
+    start = free.update(HOME[free.name], np.zeros(7)).pose
+    spring, stiffness, inside = 400.0, 4000.0, 0.04
+    wall = SpringWall(start.moved([0.01, 0.0, 0.0]).translation, [-2.0, 0.0, 0.0], stiffness, damping=30.0)
+    controller = ImpedanceController(free, Impedance([spring] * 3 + [30.0] * 3), HOME[free.name])
+    reference = Reference(start.moved([0.01 + inside, 0.0, 0.0]))
+    simulation = ArmSimulation(free, environment=wall)
+    last = samples(simulation, lambda o: controller.step(o, reference).command.torque, HOME[free.name], 1.5)[-1]
+    depth = free.update(last.q, last.v).translation[0] - start.translation[0] - 0.01
+    assert depth == pytest.approx(inside * spring / (spring + stiffness), rel=0.02)
+    np.testing.assert_allclose(last.wrench, [-stiffness * depth, 0, 0, 0, 0, 0], atol=0.02)
+
+
+def test_a_wall_touches_nothing_outside_and_never_pulls():
+    wall = SpringWall([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 1000.0, damping=50.0)
+    start = load("panda").update(HOME["panda"], np.zeros(7)).pose
+    above, below = (start.moved([0.0, 0.0, height - start.translation[2]]) for height in (0.001, -0.001))
+    away = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    assert not wall(above, -away).any()
+    assert not wall(below, away).any()
+    np.testing.assert_allclose(wall(below, -0.1 * away), [0, 0, 1.0 + 5.0, 0, 0, 0])
+
+
+def test_the_controller_is_told_the_wrench_of_the_environment(free):
+    seen = []
+    push = np.array([1.0, 2.0, 3.0, 0.1, 0.2, 0.3])
+    simulation = ArmSimulation(free, environment=lambda pose, twist: push)
+    samples(simulation, lambda o: seen.append(o.wrench) or np.zeros(7), HOME[free.name], 0.01)
+    np.testing.assert_array_equal(seen, [push] * 5)
+
+
+def test_a_wrench_on_the_tool_moves_the_joints_as_its_transpose_jacobian(free):
+    state = free.update(HOME[free.name], np.zeros(7))
+    push = np.array([5.0, -3.0, 8.0, 0.5, 0.2, -0.4])
+    simulation = ArmSimulation(free, environment=lambda pose, twist: push)
+    still = samples(simulation, state.h - state.J.T @ push, HOME[free.name], 0.1)[-1]
+    np.testing.assert_allclose(still.q, HOME[free.name], atol=1e-6)
+
+
+@pytest.mark.parametrize("factor", [0.9, 1.1])
+def test_a_heavier_arm_needs_that_much_more_torque_to_stay(free, factor):
+    h, q = free.update(HOME[free.name], np.zeros(7)).h, HOME[free.name]
+    held = samples(ArmSimulation(free, mass_factor=factor), factor * h, q, 0.2)[-1]
+    np.testing.assert_allclose(held.q, q, atol=1e-9)
+    assert np.abs(samples(ArmSimulation(free, mass_factor=factor), h, q, 0.2)[-1].q - q).max() > 1e-3
+    plant = ArmSimulation(free, mass_factor=factor).plant.update(q, np.zeros(7))
+    drives = np.diag(free.pinocchio_model.armature)
+    np.testing.assert_allclose(plant.M - drives, factor * (free.update(q, np.zeros(7)).M - drives), atol=1e-9)
+
+
+def test_a_payload_hangs_at_the_tools_origin(free):
+    state, q = free.update(HOME[free.name], np.zeros(7)), HOME[free.name]
+    weight = np.array([0.0, 0.0, 0.5 * 9.81, 0.0, 0.0, 0.0])
+    held = samples(ArmSimulation(free, payload=0.5), state.h + state.J.T @ weight, q, 0.2)[-1]
+    np.testing.assert_allclose(held.q, q, atol=1e-9)
+
+
+def observed(noise, seed, ticks=400):
+    arm, seen = flywheel(), []
+    simulation = ArmSimulation(arm, noise=noise, seed=seed)
+    samples(simulation, lambda o: seen.append((o.q[0], o.v[0])) or np.zeros(1), [0.3], ticks / 500.0)
+    return np.array(seen)
+
+
+def test_noise_is_the_same_for_the_same_seed_and_has_the_size_that_was_asked_for():
+    noise = SensorNoise(1e-4, 2e-2)
+    first = observed(noise, 7)
+    np.testing.assert_array_equal(first, observed(noise, 7))
+    assert (first != observed(noise, 8)).all()
+    np.testing.assert_allclose(first.std(axis=0), [1e-4, 2e-2], rtol=0.1)
+    np.testing.assert_allclose(first.mean(axis=0), [0.3, 0.0], atol=5e-3)
+    assert (observed(None, 7) == [0.3, 0.0]).all()
+
+
+def test_noise_is_on_what_is_seen_and_not_on_what_happens():
+    simulation = ArmSimulation(flywheel(), noise=SensorNoise(1e-2, 1e-1))
+    assert all(sample.q[0] == 0.3 for sample in samples(simulation, np.zeros(1), [0.3], 0.1))
+
+
+def test_encoder_noise_is_that_of_differences_of_rounded_motor_angles():
+    """Against rounding itself, for joints that share motors: many postures, two readings a period apart."""
+    matrix = np.array(description("wam7")["transmission"]["joint_to_motor"])
+    rate, count = 500.0, 2.0 * np.pi / 4096
+    rng = np.random.default_rng(0)
+    q = rng.uniform(-1.0, 1.0, (20000, 7))
+    later = q + rng.uniform(-1.0, 1.0, (20000, 7)) / rate
+
+    def read(joints):
+        return np.linalg.solve(matrix, count * np.round(joints @ matrix.T / count).T).T
+
+    noise = SensorNoise.of_encoders(matrix, rate=rate)
+    np.testing.assert_allclose(noise.position, (read(q) - q).std(axis=0), rtol=0.03)
+    np.testing.assert_allclose(noise.velocity, (rate * (read(later) - read(q) - later + q)).std(axis=0), rtol=0.03)
+
+
+def test_a_run_remembers_nothing(arm):
+    simulation = ArmSimulation(arm, noise=SensorNoise(1e-4, 1e-2))
+    torque = 0.3 * arm.torque_limit
+    first, second = (samples(simulation, torque, HOME[arm.name], 0.05)[-1] for _ in range(2))
+    np.testing.assert_array_equal(first.q, second.q)
+
+
+def test_a_simulation_that_diverges_is_ended_with_a_sentence(free):
+    start = free.update(HOME[free.name], np.zeros(7)).pose.moved([0.0, 0.0, 0.01])
+    simulation = ArmSimulation(free, environment=SpringWall(start.translation, [0.0, 0.0, 1.0], 1e9))
+    with pytest.raises(SimulationError, match=r"diverged at .* raise one of these"):
+        samples(simulation, np.zeros(7), HOME[free.name], 1.0)
+
+
+@pytest.mark.parametrize("coulomb", [0.0, 1.0])
+def test_a_torque_that_is_no_number_ends_the_run_too(coulomb):
+    with pytest.raises(SimulationError):
+        samples(ArmSimulation(flywheel(coulomb=coulomb)), np.full(1, np.nan), [0.0], 0.1)
+
+
+def test_a_wrench_of_another_shape_is_refused(free):
+    with pytest.raises(ConfigurationError, match="six numbers"):
+        samples(ArmSimulation(free, environment=lambda pose, twist: np.zeros(3)), np.zeros(7), HOME[free.name], 0.1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"substeps": 0}, "substeps = 0"),
+        ({"mass_factor": 0.0}, "mass_factor = 0"),
+        ({"payload": -1.0}, "payload = -1"),
+        ({"friction_coulomb": -0.1}, "friction_coulomb"),
+        ({"friction_viscous": [0.1, 0.2]}, "friction_viscous"),
+        ({"noise": SensorNoise([1e-4, 1e-4], 0.0)}, "number of joints"),
+    ],
+)
+def test_a_plant_that_cannot_be_built_is_refused(arguments, message):
+    with pytest.raises(ConfigurationError, match=message):
+        ArmSimulation(load("panda"), **arguments)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: SensorNoise(-1e-4, 0.0), "noise of position"),
+        (lambda: SensorNoise(0.0, np.nan), "noise of velocity"),
+        (lambda: SensorNoise.of_encoders([42.0], counts=0.0), "counts = 0"),
+        (lambda: SensorNoise.of_encoders(np.zeros((2, 2))), "no inverse"),
+        (lambda: SpringWall([0.0, 0.0], [0.0, 0.0, 1.0], 1.0), "three numbers"),
+        (lambda: SpringWall([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], 1.0), "not zero"),
+        (lambda: SpringWall([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 0.0), "positive stiffness"),
+        (lambda: ArmSimulation(flywheel()).run(lambda o: 0.0, [0.0, 0.0], 1.0), "finite positions"),
+        (lambda: ArmSimulation(flywheel()).run(lambda o: 0.0, [0.0], 0.0), "duration = 0"),
+        (lambda: ArmSimulation(flywheel()).run(lambda o: 0.0, [0.0], 1e-4), "hold a period"),
+    ],
+)
+def test_values_that_cannot_be_used_are_refused(make, message):
+    with pytest.raises(PilegraspError, match=message):
+        make()

@@ -1,0 +1,282 @@
+"""Orders from the bin: which goal, what becomes of what is held, how it is counted, and one order carried out."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from pilegrasp_ctrl import run
+from pilegrasp_ctrl.config import build_scenario
+from pilegrasp_ctrl.exceptions import ConfigurationError, UnreachablePoseError
+from pilegrasp_ctrl.planning.layout import make_layout
+from pilegrasp_ctrl.planning.push_goal import NEAR_A_FAILED_LINE
+from pilegrasp_ctrl.planning.strategy import Plan, tool_rotation
+from pilegrasp_ctrl.planning.walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, inside
+from pilegrasp_ctrl.primitives.carry import BACK, Carry
+from pilegrasp_ctrl.primitives.primitive import PrimitiveInput, Setpoint
+from pilegrasp_ctrl.primitives.release import Release
+from pilegrasp_ctrl.programs.pick_order import PickOrder, delivery_pose
+from pilegrasp_ctrl.sections import PileConfig, SupportConfig
+from pilegrasp_ctrl.types import Outcome, Pose, Reference
+
+BIN = {"program": "order", "support.bin": True, "support.tilt_deg": 5.0}
+LAYOUT = make_layout(SupportConfig(bin=True), PileConfig(), 0.054, order=True)
+HIGH = np.array([0.85, 0.0, 0.2])
+AT_WALL, IN_CORNER = np.array([0.95, 0.03, 0.027]), np.array([0.93, 0.15, 0.027])
+
+
+class World:
+    """Stands in for the loop: every attempt lifts as many objects as the script says, or fails at a primitive."""
+
+    def __init__(self, script, members=1, count=18, **order):
+        self.script, self.members = list(script), members
+        self.poses = np.zeros((count, 7))
+        self.poses[:, :3] = AT_WALL
+        self.time, self.names, self.withdrawn, self.goals, self.anchors, self.begun = 0.0, [], [], [], [], 0
+        self.unreachable = set()
+        scenario = build_scenario({}, BIN | {f"order.{key}": value for key, value in order.items()})
+        self.order = PickOrder(scenario, LAYOUT.goals, members, delivery_pose(0.9), self.plan)
+
+    def plan(self, poses, goal, posture):
+        if goal.name in self.unreachable:
+            raise UnreachablePoseError("out of reach")
+        self.goals.append(goal.name)
+        self.anchors.append(goal.anchor)
+        start = Pose(HIGH, tool_rotation(goal.yaw, 0.9))
+        return Plan(start, (Release(1.0, "lift"),), (), start, 0.3, np.array([1.0, 0.0, 0.0])), np.zeros(7)
+
+    def look(self):
+        return self.poses.copy(), HIGH, np.zeros(7), self.time
+
+    def begin(self, plan):
+        self.begun += 1
+
+    def run_primitives(self, primitives, withdrawing):
+        outcomes = []
+        for primitive in primitives:
+            self.time += 1.0
+            status, trigger = self.happens(primitive.name)
+            self.names.append(primitive.name)
+            if withdrawing:
+                self.withdrawn.append(primitive.name)
+            outcomes.append(Outcome(primitive.name, status, trigger, self.time - 1.0, self.time, 0.0, 0.0))
+            if status == "failed":
+                break
+        return outcomes
+
+    def happens(self, name):
+        held = self.poses[:, 2] > 0.1
+        if name == "lift":
+            what = self.script.pop(0)
+            if isinstance(what, str):
+                return "failed", what
+            lying = np.flatnonzero(self.poses[:, 0] > 0.7)[: what * self.members]
+            self.poses[lying, :3] = HIGH
+        elif name == "release":
+            self.poses[held, :3] = [*ORDER_CENTER, 0.03]
+        elif name in ("drop_back", "retreat"):
+            self.poses[held, :3] = AT_WALL
+            if name == "retreat" and self.script[:1] == ["stuck"]:
+                return "failed", "stuck"
+        return "ended", "done"
+
+    def fill(self):
+        outcomes, reason = self.order.fill(self.look, self.begin, self.run_primitives)
+        assert [outcome.name for outcome in outcomes] == self.names
+        return reason
+
+
+def test_one_at_a_time_takes_four_attempts():
+    world = World([1, 1, 1, 1])
+    assert world.fill() == ""
+    assert world.names == ["lift", "deliver", "release"] + 3 * ["return", "lift", "deliver", "release"]
+    assert [attempt.delivered for attempt in world.order.attempts] == [1, 1, 1, 1]
+    assert world.begun == 4
+    ends = [attempt.end for attempt in world.order.attempts]
+    assert [attempt.start for attempt in world.order.attempts] == [0.0, *ends[:-1]]
+
+
+def test_what_is_more_than_is_missing_is_dropped_back():
+    world = World([3, 2, 1])
+    assert world.fill() == ""
+    first, second, third = world.order.attempts
+    assert (first.delivered, second.held, second.delivered, third.delivered) == (3, 2, 0, 1)
+    assert second.reason == "2 held where 1 were missing: dropped back"
+    assert world.order.delivered(world.poses) == 4
+
+
+def test_since_a_delivery_every_goal_has_its_turn_before_one_is_tried_again():
+    world = World([1, 0, 0, 0, 0, 1, 2])
+    assert world.fill() == ""
+    goals = [attempt.goal for attempt in world.order.attempts]
+    assert goals == ["wall", "wall", "corner_left", "corner_right", "wall", "corner_left", "wall"]
+    assert world.order.attempts[1].reason == "nothing was in the hand after the lift"
+
+
+def test_a_goal_that_is_tried_again_is_tried_on_another_line_until_something_is_delivered():
+    world = World([0, 0, 1, 3])
+    world.unreachable = {"corner_left", "corner_right"}
+    world.poses[:, :3] = [0.95, 0.05, 0.027]
+    assert world.fill() == ""
+    first, second, third, fourth = (foot[1] for foot in world.anchors)
+    apart = [abs(a - b) for a, b in ((first, second), (second, third), (first, third))]
+    assert min(apart) >= NEAR_A_FAILED_LINE
+    assert fourth == pytest.approx(first)
+
+
+def test_the_goal_is_the_one_with_most_objects_before_the_hand():
+    world = World([])
+    # A string of objects toward the corner, of which a push to the wall meets half; the others it has no room for.
+    world.poses[:4, :3], world.poses[4:8, :3], world.poses[8:, :3] = (
+        IN_CORNER,
+        [0.70, 0.017, 0.027],
+        [0.95, -0.15, 0.027],
+    )
+    assert world.order.next_plan(world.poses)[0].name == "corner_left"
+    world.poses[8:, :3] = AT_WALL
+    assert world.order.next_plan(world.poses)[0].name == "wall"
+    # What is not in the bin does not count.
+    world.poses[8:, :2] = 0.93, 0.5
+    assert world.order.next_plan(world.poses)[0].name == "corner_left"
+
+
+def test_what_lies_to_the_right_of_the_hands_room_at_the_wall_is_fetched_from_the_right_corner():
+    world = World([])
+    world.poses[:, :3] = [0.97, -0.1, 0.025]
+    line, plan, _ = world.order.next_plan(world.poses)
+    assert line.name == "corner_right"
+    assert plan.start.rotation[1, 0] < 0.0
+
+
+def test_a_goal_out_of_reach_is_passed_over_and_none_in_reach_ends_the_order():
+    world = World([4])
+    world.unreachable = {"wall"}
+    assert world.order.next_plan(world.poses)[0].name == "corner_left"
+    world.unreachable = {"wall", "corner_left", "corner_right"}
+    assert world.fill() == "out of reach"
+    assert world.names == []
+
+
+def test_the_goal_that_was_tried_in_vain_is_taken_again_where_no_other_is_in_reach():
+    world = World([0, 4])
+    world.unreachable = {"corner_left", "corner_right"}
+    assert world.fill() == ""
+    assert [attempt.goal for attempt in world.order.attempts] == ["wall", "wall"]
+
+
+def test_a_failed_primitive_is_an_attempt_and_the_arm_is_withdrawn():
+    world = World(["collision with the bin's rim", 4])
+    assert world.fill() == ""
+    assert world.names == ["lift", "retreat", "return", "lift", "deliver", "release"]
+    assert world.withdrawn == ["retreat"]
+    assert world.order.attempts[0].reason == "lift: collision with the bin's rim"
+
+
+def test_an_arm_that_cannot_withdraw_ends_the_order():
+    world = World(["jammed", "stuck"])
+    assert world.fill() == "retreat: stuck"
+    assert len(world.order.attempts) == 1
+
+
+def test_an_order_is_given_up_after_so_many_attempts():
+    world = World([0, 1, 0, 1], max_attempts=3)
+    assert world.fill() == "1 of 4 delivered after 3 attempts"
+    assert len(world.order.attempts) == 3
+
+
+def test_a_net_bag_counts_as_one():
+    world = World([1, 1, 2], members=3, count=15)
+    assert world.fill() == ""
+    assert [attempt.delivered for attempt in world.order.attempts] == [1, 1, 2]
+    assert np.count_nonzero(inside(world.poses, ORDER_CENTER, ORDER_INNER)) == 12
+
+
+def test_the_orders_crate_stands_beside_the_bin():
+    assert {wall.crate for wall in LAYOUT.walls} == {"bin", "order"}
+    left = next(wall for wall in LAYOUT.walls if wall.name == "bin_left")
+    right = next(wall for wall in LAYOUT.walls if wall.name == "order_right")
+    assert right.center[1] - right.half_size[0] > left.center[1] + left.half_size[0]
+    points = np.array([[*ORDER_CENTER, 0.03], [*ORDER_CENTER, 0.2], [0.9, 0.0, 0.03]])
+    assert inside(points, ORDER_CENTER, ORDER_INNER).tolist() == [True, False, False]
+    assert delivery_pose(0.9).translation[2] > BIN_INNER[2] + 0.05
+
+
+def sensed(pose, time=0.0):
+    return PrimitiveInput(time, pose, np.zeros(6))
+
+
+def test_carry_rises_before_it_crosses_and_arrives_turned():
+    low = Pose([0.9, 0.0, 0.01], tool_rotation(0.0, 0.9))
+    phase = Carry(delivery_pose(0.9), 0.25, 1.0).begin(
+        sensed(low.moved([-0.02, 0.0, 0.0])), Setpoint(Reference(low), 1.0)
+    )
+    times = np.linspace(0.0, phase.path.duration, 400)
+    way = np.array([phase.path.at(time).pose.translation for time in times])
+    across = np.abs(way[:, 1]) > 1e-6
+    assert way[across, 2].min() > 0.22 - 1e-9
+    # It backs off from where the hand is, not from where the reference has gone.
+    assert way[~across, 0].min() == pytest.approx(0.9 - 0.02 - BACK, abs=1e-6)
+    end = phase.path.at(phase.path.duration).pose
+    np.testing.assert_allclose(end.rotation, delivery_pose(0.9).rotation, atol=1e-9)
+    np.testing.assert_allclose(end.translation, delivery_pose(0.9).translation, atol=1e-9)
+    late = phase.path.duration + 1.0
+    assert phase.ending(sensed(end, late)).trigger == "arrived"
+    assert phase.ending(sensed(end.moved([0.0, 0.1, 0.0]), late)).failed
+    assert phase.ending(sensed(end, 0.5)) is None
+
+
+def test_release_opens_and_stays():
+    here = delivery_pose(0.9)
+    phase = Release(1.0).begin(sensed(here), Setpoint(Reference(here), 1.0))
+    target = phase.target(sensed(here, 0.4))
+    assert target.closure == 0.0
+    np.testing.assert_array_equal(target.reference.pose.translation, here.translation)
+    assert phase.ending(sensed(here, 0.9)) is None
+    assert phase.ending(sensed(here, 1.0)).trigger == "opened"
+
+
+@pytest.mark.parametrize(
+    "keys", [{"support.bin": False}, {"hand": "shovel"}, {"pile.count": 0}], ids=["bin", "hand", "pile"]
+)
+def test_an_order_needs_a_bin_a_hand_that_opens_and_objects(keys):
+    with pytest.raises(ConfigurationError, match=r"program = 'order' needs support\.bin = true"):
+        build_scenario({}, BIN | keys)
+
+
+def test_an_orders_keys_are_idle_elsewhere():
+    with pytest.raises(ConfigurationError, match=r"order\.count has no effect where program = 'grasp'"):
+        build_scenario({}, {"order.count": 2})
+    with pytest.raises(ConfigurationError, match=r"line\.speed has no effect where program = 'order'"):
+        build_scenario({}, BIN | {"line.speed": 0.2})
+
+
+def test_an_order_of_one_is_carried_out_and_lies_in_its_crate():
+    result = run("bin_picking", overrides={"order.count": 1}, record=True)
+    assert result.success, result.reason
+    assert result.grasped == 1
+    assert result.attempts[-1].delivered == 1
+    assert [outcome.name for outcome in result.outcomes][-2:] == ["deliver", "release"]
+    answer = json.loads(json.dumps(result.as_dict()))
+    assert len(answer["attempts"]) == len(result.attempts)
+    assert answer["attempts"][-1]["goal"] in ("wall", "corner_left", "corner_right")
+    recording = result.recording
+    assert recording.meta["attempts"] == answer["attempts"]
+    objects = [index for index, body in enumerate(recording.bodies) if body.role == "object"]
+    ends = recording.body_position[-1, objects]
+    assert np.count_nonzero(inside(ends, ORDER_CENTER, ORDER_INNER)) == 1
+    starts = recording.body_position[0, objects]
+    assert not inside(starts, ORDER_CENTER, ORDER_INNER).any()
+    assert math.isclose(result.attempts[-1].end, result.sim_time, abs_tol=0.01)
+
+
+def test_time_is_limited_for_each_attempt_and_the_next_one_begins_anew(monkeypatch):
+    monkeypatch.setattr("pilegrasp_ctrl.episode.TIME_LIMIT", 2.0)
+    result = run("bin_picking", overrides={"order.max_attempts": 2, "pile.count": 1})
+    assert [attempt.reason for attempt in result.attempts] == 2 * ["approach: time limit of 2 s"]
+    assert [outcome.name for outcome in result.outcomes] == ["approach", "retreat", "return", "approach", "retreat"]
+    assert result.outcomes[1].status == result.outcomes[4].status == "ended"
+    assert result.reason == "0 of 4 delivered after 2 attempts"
+    assert not result.success
+    for attempt in result.attempts:
+        assert 2.0 < attempt.end - attempt.start < 8.0

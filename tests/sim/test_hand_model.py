@@ -1,0 +1,111 @@
+"""A scenario varies the uncertain numbers of the hand and of the objects, each alone."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from pilegrasp_ctrl import robots
+from pilegrasp_ctrl.config import Scenario, build_scenario, load_scenario
+from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.programs.attempt import prepare
+from pilegrasp_ctrl.sections import HandModelConfig
+from pilegrasp_ctrl.sim.hand import Hand
+from pilegrasp_ctrl.sim.hand_files import flat
+from pilegrasp_ctrl.sim.hand_model import REPLACED, SCALED
+from pilegrasp_ctrl.sim.objects import objects_of
+from pilegrasp_ctrl.validation.hand import finger_measurements as finger
+from pilegrasp_ctrl.validation.hand.hand_bench import HandBench
+
+RIGID = ("friction", "restitution", "sensor_mass")
+
+
+def changes(hand, model):
+    """The numbers of robot.toml that a model changes, with the ratio."""
+    shipped, varied = flat(Hand.load(hand).parameters), flat(Hand.load(hand, model).parameters)
+    return {key: varied[key] / shipped[key] for key in shipped if varied[key] != shipped[key]}
+
+
+@pytest.mark.parametrize("factor", SCALED)
+def test_a_factor_multiplies_its_numbers_and_no_other(factor):
+    value = 0.8 if factor == "restitution" else 1.3
+    found = changes("rbo_hand2", HandModelConfig(**{factor: value}))
+    assert found.keys() == set(SCALED[factor])
+    assert list(found.values()) == pytest.approx([value] * len(found))
+
+
+def test_every_key_means_something():
+    assert {*SCALED, *REPLACED} == set(HandModelConfig.model_fields)
+
+
+@pytest.mark.parametrize("factor", RIGID)
+def test_the_shovel_takes_what_a_rigid_hand_has(factor):
+    scenario = build_scenario({"hand": "shovel"}, {f"hand_model.{factor}": 0.8})
+    assert changes("shovel", scenario.hand_model) == pytest.approx({SCALED[factor][0]: 0.8})
+
+
+@pytest.mark.parametrize("factor", [name for name in HandModelConfig.model_fields if name not in RIGID])
+def test_the_shovel_refuses_what_it_has_not(factor):
+    with pytest.raises(ConfigurationError, match=rf"hand_model\.{factor} has no effect where hand = 'shovel'"):
+        build_scenario({"hand": "shovel"}, {f"hand_model.{factor}": 0.8})
+
+
+def test_a_factor_out_of_range_is_named():
+    with pytest.raises(ConfigurationError, match=r"hand_model\.friction = 9 is not allowed: it must be at most 5"):
+        build_scenario({}, {"hand_model.friction": 9})
+
+
+def test_the_factors_enter_the_hash_and_the_simulated_model():
+    shipped = Scenario().config_hash()
+    scenario = load_scenario("free_space_line", {"hand_model.bending_stiffness": 1.3, "hand_model.friction": 0.7})
+    assert scenario.config_hash() != load_scenario("free_space_line").config_hash() != shipped
+    model = prepare(scenario, 0).simulation.scene.model
+    numbers = Hand.load("rbo_hand2").parameters
+    assert model.joint("middle_bend_1").stiffness[0] == pytest.approx(1.3 * numbers["pneumatics"]["bending_stiffness"])
+    touching = {model.geom("table").id, model.geom("middle_4").id}
+    (pair,) = [i for i in range(model.npair) if {model.pair_geom1[i], model.pair_geom2[i]} == touching]
+    assert model.pair_friction[pair, 0] == pytest.approx(0.7 * numbers["surface"]["lateral"])
+
+
+def test_the_objects_friction_is_a_factor_too():
+    shipped = objects_of(load_scenario("spheres_wall").pile)
+    varied = objects_of(load_scenario("spheres_wall", {"pile.friction": 0.5}).pile)
+    for name in ("lateral", "spinning", "rolling"):
+        assert getattr(varied.surface, name) == 0.5 * getattr(shipped.surface, name)
+    assert (varied.surface.restitution, varied.mass) == (shipped.surface.restitution, shipped.mass)
+    assert Scenario().config_hash() != build_scenario({}, {"pile.friction": 0.5}).config_hash()
+
+
+def test_loading_a_varied_hand_leaves_the_shipped_numbers_alone():
+    Hand.load("rbo_hand2", HandModelConfig(bending_stiffness=2.0))
+    assert Hand.load("rbo_hand2").parameters == robots.description("hands/rbo_hand2")
+
+
+@pytest.fixture(scope="module")
+def benches():
+    models = [HandModelConfig(inflation_stiffness=share) for share in (0.0, 1.1)]
+    return [HandBench.build(Hand.load("rbo_hand2", model)) for model in models]
+
+
+def test_inflation_stiffens_and_leaves_the_closed_hands_shape(benches):
+    plain, stiffened = benches
+    assert finger.free_bend(stiffened) == pytest.approx(finger.free_bend(plain), abs=1e-3)
+    assert finger.stiffness(stiffened) == pytest.approx(finger.stiffness(plain), rel=1e-6)
+    assert finger.stiffness(stiffened, 1.0) > 1.5 * finger.stiffness(plain, 1.0)
+
+
+def test_inflation_stiffness_is_that_share_of_the_springs(benches):
+    """Equal moments bend all joints alike, so that they meet spring and air side by side."""
+    _, bench = benches
+    numbers = bench.hand.parameters["pneumatics"]
+    closure, share = 0.5, numbers["inflation_stiffness"]
+    free = closure * numbers["closing_moment"] * (1.0 + share) / (1.0 + closure * share) / numbers["bending_stiffness"]
+    assert finger.free_bend(bench, closure) == pytest.approx(4.0 * free, rel=1e-3)
+    data = bench.start()
+    data.ctrl[:] = data.act[:] = closure
+    moment = 0.02
+    for i in range(1, 5):
+        data.joint(f"middle_bend_{i}").qfrc_applied[:] = moment
+    mujoco.mj_step(bench.model, data, 2000)
+    bends = np.array([data.joint(f"middle_bend_{i}").qpos[0] for i in range(1, 5)])
+    added = moment / (numbers["bending_stiffness"] * (1.0 + closure * share))
+    np.testing.assert_allclose(bends - free, added, rtol=0.01)

@@ -1,0 +1,118 @@
+"""What stops a simulation, what does not, and what it leaves behind."""
+
+import tempfile
+
+import mujoco
+import numpy as np
+import pytest
+
+from pilegrasp_ctrl.exceptions import SimulationError
+from pilegrasp_ctrl.sections import PileConfig
+from pilegrasp_ctrl.sim.objects import objects_of
+from pilegrasp_ctrl.sim.scene import add_objects, new_spec
+from pilegrasp_ctrl.sim.watchdog import MAX_PENETRATION, Watchdog
+
+
+@pytest.fixture
+def last_states(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return tmp_path
+
+
+def ball_on_a_table():
+    spec = mujoco.MjSpec()
+    spec.worldbody.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1, 1, 0.1])
+    body = spec.worldbody.add_body(name="ball")
+    body.add_freejoint()
+    body.add_geom(name="ball", size=[0.027, 0, 0], mass=0.06)
+    site = body.add_site(name="center")
+    spec.add_actuator(name="push", target=site.name, trntype=mujoco.mjtTrn.mjTRN_SITE)
+    return mujoco.MjData(spec.compile())
+
+
+def at_height(data, height):
+    data.time, data.qpos[2] = 0.5, 0.027 + height
+    mujoco.mj_forward(data.model, data)
+    return data
+
+
+def stop(watchdog, data, match):
+    """Let the watchdog stop the simulation, and return what it says."""
+    with pytest.raises(SimulationError, match=match) as error:
+        watchdog.check(data)
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+def load(folder, text):
+    """Return the last states from the file that the text names."""
+    (file,) = folder.iterdir()
+    assert str(file) in text
+    with np.load(file, allow_pickle=False) as states:
+        return {name: states[name] for name in states.files}
+
+
+def test_a_healthy_run_is_left_alone(last_states):
+    data = at_height(ball_on_a_table(), 0.05)
+    watchdog = Watchdog("healthy")
+    for _ in range(1000):
+        mujoco.mj_step(data.model, data)
+        watchdog.check(data)
+    assert data.ncon > 0
+    assert list(last_states.iterdir()) == []
+
+
+def test_a_state_that_is_not_finite_stops_the_run_and_leaves_the_last_states(last_states):
+    data = at_height(ball_on_a_table(), 0.05)
+    watchdog = Watchdog("abc-7")
+    for _ in range(3000):
+        mujoco.mj_step(data.model, data)
+        watchdog.check(data)
+    data.time += 0.1
+    data.qvel[1] = np.nan
+    text = stop(watchdog, data, match="not finite")
+    states = load(last_states, text)
+    assert "abc-7" in text
+    assert f"{data.time:.3f} s" in text
+    assert len(states["time"]) == len(states["qpos"]) == len(states["qvel"]) == len(states["ctrl"]) == 100
+    assert states["time"][-1] == data.time
+    assert (np.diff(states["time"]) > 0.0).all()
+    assert np.isnan(states["qvel"][-1, 1])
+    assert np.isfinite(states["qvel"][:-1]).all()
+
+
+def test_a_torque_that_is_not_finite_stops_the_run(last_states):
+    data = at_height(ball_on_a_table(), 0.05)
+    data.ctrl[0] = np.inf
+    stop(Watchdog("torque"), data, match="not finite")
+
+
+@pytest.mark.parametrize(
+    ("depth", "stops"),
+    [(0.5 * MAX_PENETRATION, False), (0.95 * MAX_PENETRATION, False), (1.05 * MAX_PENETRATION, True)],
+)
+def test_a_contact_too_deep_to_be_one_stops_the_run(last_states, depth, stops):
+    data = at_height(ball_on_a_table(), -depth)
+    watchdog = Watchdog("deep")
+    if not stops:
+        watchdog.check(data)
+        return
+    text = stop(watchdog, data, match="ball")
+    assert "table" in text
+    assert f"{1000 * depth:.1f} mm" in text
+    np.testing.assert_array_equal(load(last_states, text)["qpos"], [data.qpos])
+
+
+def test_two_limes_that_meet_as_hard_as_a_dropped_bag_lets_them_are_believed(last_states):
+    spec = new_spec(0.001)
+    add_objects(spec, objects_of(PileConfig(object="lime", count=2)), 2, [], "paper")
+    data = mujoco.MjData(spec.compile())
+    data.qpos.reshape(2, 7)[:, 0] = [-0.03, 0.03]
+    data.qvel.reshape(2, 6)[:, 0] = [1.55, -1.55]
+    watchdog, deepest = Watchdog("bag"), 0.0
+    for _ in range(40):
+        mujoco.mj_step(data.model, data)
+        watchdog.check(data)
+        deepest = max(deepest, -float(data.contact.dist.min(initial=0.0)))
+    assert data.qvel[0] < 0.0 < data.qvel[6]
+    assert 0.008 < deepest < MAX_PENETRATION

@@ -1,0 +1,181 @@
+"""Studies of real attempts: equal wherever they are carried out, with their errors and recordings."""
+
+import os
+import signal
+
+import pytest
+
+import pilegrasp_ctrl as pg
+from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.study.attempt import WorkItem, repeatable, run_work_item
+from pilegrasp_ctrl.study.cluster_pool import ClusterPool
+from pilegrasp_ctrl.study.condition import Condition, conditions
+from pilegrasp_ctrl.study.origins import origins_of
+from pilegrasp_ctrl.study.run import run_study
+from study_tasks import final_position
+
+SHORT = {"line.displacement": [0.0, 0.02, 0.0]}
+OUT_OF_REACH = [1.9, 0.0, 0.25]
+MEASURE = "study_tasks.final_position"
+
+
+def short_tasks(seeds=2):
+    """Lines at two speeds, and one that the arm cannot reach."""
+    found = conditions("free_space_line", {"line.speed": [0.2, 0.3]}, SHORT)
+    found += conditions("free_space_line", {"line.start": [OUT_OF_REACH]}, SHORT)
+    return [(condition, seed) for condition in found for seed in range(seeds)]
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    seen = []
+    folder = tmp_path_factory.mktemp("study")
+    with run_study(short_tasks(), folder, jobs=2, record="first", measure=MEASURE, progress=seen.append) as store:
+        yield store, seen
+
+
+def test_an_attempt_that_raises_is_a_row_and_stops_nobody(study):
+    store, _ = study
+    rows = store.attempts(short_tasks())
+    assert [row.success for row in rows] == [True, True, True, True, False, False]
+    for row in rows[4:]:
+        assert row.result is None
+        assert "cannot reach (1.90, 0.00, 0.25)" in row.error
+
+
+def test_a_row_holds_what_a_single_run_gives(study):
+    store, _ = study
+    row = store.attempts()[1]
+    again = pg.run(store.scenario(row.config_hash), seed=row.seed, record=True)
+    measures = row.result["measures"]
+    assert {key: value for key, value in row.result.items() if key != "measures"} == repeatable(again)
+    assert measures == final_position(again.recording)
+    assert not {"wall_time", "realtime_factor"} & row.result.keys()
+    assert row.result["controller"].keys() == {"ticks", "limited", "fallbacks"}
+
+
+def test_the_first_seed_of_each_condition_left_a_recording(study):
+    store, _ = study
+    recorded = [store.recording(row) is not None for row in store.attempts()]
+    # One that raised has nothing to show.
+    assert recorded == [True, False, True, False, False, False]
+    row = store.attempts()[0]
+    assert Recording.load(store.recording(row)).meta["config_hash"] == row.config_hash
+
+
+def test_progress_counts_up_to_all(study):
+    _, seen = study
+    assert [state.done for state in seen] == sorted(state.done for state in seen)
+    last = seen[-1]
+    assert (last.total, last.done, last.successes, last.errors) == (6, 6, 4, 2)
+    assert last.rate > 0.0
+    assert last.seconds_left == 0.0
+    assert seen[0].seconds_left is None
+
+
+def test_a_finished_study_starts_no_worker_and_is_refused_with_another_measure(study, monkeypatch):
+    store, _ = study
+    monkeypatch.setattr("pilegrasp_ctrl.study.run._pool", None)
+    run_study(short_tasks(), store.folder, measure=MEASURE).close()
+    with pytest.raises(ConfigurationError, match=r"measure is study_tasks\.final_position for .*, and none here"):
+        run_study(short_tasks(), store.folder)
+
+
+def test_failures_leave_recordings(tmp_path):
+    tasks = [(condition, 0) for condition in conditions("push_wall", {"strategy.grasp_force": [200.0]})]
+    with run_study(tasks, tmp_path, jobs=1, record="failures") as store:
+        (row,) = store.attempts()
+        assert not row.success
+        assert Recording.load(store.recording(row)).meta["reason"] == row.result["reason"]
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        yield cluster
+
+
+def test_a_cluster_that_loses_a_worker_gives_the_same_table_and_the_same_recordings(study, cluster, tmp_path):
+    store, _ = study
+    killed = []
+
+    def kill_one(state):
+        if state.finished and not killed:
+            killed.append(next(iter(cluster.workers.values())).pid)
+            os.kill(killed[0], signal.SIGKILL)
+
+    options = {"record": "first", "measure": MEASURE, "progress": kill_one}
+    with run_study(short_tasks(), tmp_path, scheduler=cluster.scheduler_address, **options) as other:
+        assert killed
+        assert other.attempts() == store.attempts()
+        for row in other.attempts():
+            files = store.recording(row), other.recording(row)
+            assert files == (None, None) or files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_workers_with_several_threads_are_refused(cluster, monkeypatch):
+    with ClusterPool(cluster.scheduler_address) as pool:
+        assert pool.width() == 4
+        monkeypatch.setattr(pool._client, "nthreads", lambda: {"tcp://10.0.0.2:40331": 8})
+        monkeypatch.setattr(pool, "_looked", float("-inf"))
+        with pytest.raises(ConfigurationError, match=r"10\.0\.0\.2:40331 has 8 threads.*--nthreads 1"):
+            pool.width()
+
+
+def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
+    monkeypatch.setattr("pilegrasp_ctrl.study.cluster_pool.PATIENCE", 0.2)
+    with pytest.raises(ConfigurationError, match=r"no scheduler answers at 'tcp://127\.0\.0\.1:1'"):
+        ClusterPool("tcp://127.0.0.1:1")
+    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
+    with pytest.raises(ConfigurationError, match=r"pip install 'pilegrasp\[cluster\]'"):
+        ClusterPool("tcp://127.0.0.1:1")
+
+
+def order(condition, **changes):
+    origins = origins_of([condition.scenario]) | changes
+    return WorkItem(condition.scenario, condition.config_hash, 0, "no", None, origins)
+
+
+def test_a_worker_of_another_version_or_with_another_file_refuses_the_attempt(tmp_path):
+    gains = tmp_path / "gains.toml"
+    gains.write_text("[motion]\nstiffness = 100.0\n")
+    scenario = pg.load_scenario("free_space_line", {"controller.gains": str(gains)})
+    condition = Condition(scenario, {})
+    with pytest.raises(ConfigurationError, match=r"mujoco is 3\.0\.0 for the study, and .* here; give every worker"):
+        run_work_item(order(condition, mujoco="3.0.0"))
+    asked = order(condition)
+    gains.write_text("[motion]\nstiffness = 101.0\n")
+    with pytest.raises(ConfigurationError, match="differs from what it was when the study began"):
+        run_work_item(asked)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"pile.object": ["teapot", "light_spheer"]}, "'teapot' is not known.*; .*did you mean 'light_sphere'"),
+        ({"controller.rate": [333.0]}, "controller.rate = 333 Hz does not fit"),
+        ({"controller.gains": ["missing.toml"]}, "missing.toml: no such file"),
+    ],
+)
+def test_what_no_worker_could_use_is_told_before_any_starts(tmp_path, changes, sentence):
+    with pytest.raises(ConfigurationError, match=sentence):
+        run_study([(condition, 0) for condition in conditions("spheres_wall", changes)], tmp_path / "study")
+    assert not (tmp_path / "study").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"record": "some"}, "choose from none, failures, first, all"),
+        ({"jobs": 0}, "must be at least 1"),
+        ({"measure": "study_tasks.speed"}, "measure = 'study_tasks.speed' cannot be imported"),
+        ({"measure": "nothing"}, "give package.module.function"),
+    ],
+)
+def test_arguments_out_of_range_are_told(tmp_path, arguments, sentence):
+    with pytest.raises(ConfigurationError, match=sentence):
+        run_study(short_tasks(1), tmp_path, **arguments)
+    with pytest.raises(ConfigurationError, match="seed = -1"):
+        run_study([(short_tasks(1)[0][0], -1)], tmp_path)

@@ -1,0 +1,264 @@
+"""The search over gains: what it remembers, what it refuses, what it finds, and the page it writes."""
+
+import csv
+import io
+import json
+import re
+import sqlite3
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pilegrasp_ctrl import cli
+from pilegrasp_ctrl.cli import tune
+from pilegrasp_ctrl.config import load_scenario
+from pilegrasp_ctrl.episode import run
+from pilegrasp_ctrl.exceptions import ConfigurationError, ExportError
+from pilegrasp_ctrl.study.folder_lock import locked
+from pilegrasp_ctrl.tasks.gains import MotionGains, load_gains
+from pilegrasp_ctrl.tuning.choice import choose
+from pilegrasp_ctrl.tuning.gain_space import GainSpace, gains_table, gains_text
+from pilegrasp_ctrl.tuning.objectives import Measured
+from pilegrasp_ctrl.tuning.search import Search, check_seeds, run_search
+from pilegrasp_ctrl.tuning.trial import TrialReport, TrialWork, evaluate
+
+BAD = MotionGains(stiffness=25.0, damping_ratio=0.3)
+SOFT = MotionGains(stiffness=25.0, damping_ratio=0.7)
+OPTIMUM = {"translation": 2000.0, "rotation": 400.0, "damping_ratio": 1.0}
+
+
+def search(folder, **changes) -> Search:
+    (folder / "gains").mkdir(parents=True, exist_ok=True)
+    scenario = load_scenario("free_space_line", {"controller.kind": "operational_space"})
+    return replace(Search(scenario, GainSpace.around(BAD, 500.0), (0,), 0, folder), **changes)
+
+
+def made_up(task: TrialWork) -> TrialReport:
+    """A trial without a simulation: the farther from the optimum, the worse; damping below 0.4 rings."""
+    gains = load_gains(task.scenario.controller.gains)
+    found = {"translation": gains.stiffness[0], "rotation": gains.stiffness[3], "damping_ratio": gains.damping_ratio}
+    away = sum(np.log(found[name] / best) ** 2 for name, best in OPTIMUM.items())
+    ringing = 0.4 / gains.damping_ratio
+    measured = Measured(0.1 + away, 0.1 + 1e-5 * found["rotation"], None, away, away, 8.0)
+    return TrialReport(task.number, measured, (ringing, ringing), 1.0, "", 0.01)
+
+
+def table(store) -> list[tuple]:
+    return [(record.number, *record.values.values(), record.report.measured) for record in store.records()]
+
+
+# The search's memory
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A search that was left alone, for others to be compared with."""
+    return table(run_search(search(tmp_path_factory.mktemp("whole")), 22, function=made_up))
+
+
+def test_a_search_finds_much_better_gains_than_a_bad_start(whole):
+    tracking = [row[-1].tracking for row in whole]
+    assert whole[0][1:4] == (25.0, 25.0, 0.3)
+    assert min(tracking) < tracking[0] / 5.0
+
+
+def test_the_same_command_again_does_nothing_and_more_trials_do_only_the_rest(tmp_path, whole):
+    calls = []
+
+    def counted(task):
+        calls.append(task.number)
+        return made_up(task)
+
+    run_search(search(tmp_path), 8, function=counted)
+    run_search(search(tmp_path), 8, function=counted)
+    assert sorted(calls) == list(range(8))
+    store = run_search(search(tmp_path), 22, function=counted)
+    assert sorted(calls) == list(range(22))
+    assert table(store) == whole
+
+
+@pytest.mark.parametrize("last", [0, 1, 6, 17])
+def test_an_interrupt_loses_no_finished_trial_and_changes_nothing(tmp_path, whole, last):
+    calls = []
+
+    def interrupted(task):
+        if len(calls) > last:
+            raise KeyboardInterrupt
+        calls.append(task.number)
+        return made_up(task)
+
+    with pytest.raises(KeyboardInterrupt):
+        run_search(search(tmp_path), 22, function=interrupted)
+    again = []
+
+    def rest(task):
+        again.append(task.number)
+        return made_up(task)
+
+    assert table(run_search(search(tmp_path), 22, function=rest)) == whole
+    assert sorted(calls + again) == list(range(22))
+
+
+def test_workers_find_what_one_process_finds(tmp_path, whole):
+    assert table(run_search(search(tmp_path), 22, jobs=2, function=made_up)) == whole
+
+
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        ({"seeds": (0, 1)}, "seeds"),
+        ({"late": 1}, "late"),
+        ({"scenario": load_scenario("push_wall", {"controller.kind": "operational_space"})}, "scenario.name"),
+        ({"space": GainSpace.around(MotionGains(30.0), 500.0)}, "start.motion.stiffness"),
+    ],
+)
+def test_the_store_of_another_search_is_refused(tmp_path, changes, key):
+    run_search(search(tmp_path), 1, function=made_up)
+    with pytest.raises(ConfigurationError, match=rf"holds another search: {key}.*choose another --out"):
+        run_search(search(tmp_path, **changes), 1, function=made_up)
+
+
+def test_a_file_that_is_no_store_is_left_alone(tmp_path):
+    (tmp_path / "tuning.db").write_text("my notes")
+    with pytest.raises(ExportError, match="is no store of a search"):
+        run_search(search(tmp_path), 1, function=made_up)
+    assert (tmp_path / "tuning.db").read_text() == "my notes"
+
+
+def test_two_searches_do_not_write_to_one_folder(tmp_path):
+    with locked(tmp_path), pytest.raises(ConfigurationError, match="another search writes there"):
+        run_search(search(tmp_path), 1, function=made_up)
+
+
+def test_a_failed_trial_is_remembered_with_its_reason_and_never_chosen(tmp_path):
+    def fails(task):
+        report = made_up(task)
+        return replace(report, measured=None, ringing=(), reason="the arm fell") if task.number % 2 else report
+
+    store = run_search(search(tmp_path), 12, function=fails)
+    failed = [record for record in store.records() if record.report.measured is None]
+    assert [record.number for record in failed] == [1, 3, 5, 7, 9, 11]
+    assert {record.report.reason for record in failed} == {"the arm fell"}
+    assert choose(store.records(), 17.0)[0].number % 2 == 0
+    with sqlite3.connect(tmp_path / "tuning.db") as database:
+        states = database.execute("SELECT state, COUNT(*) FROM trials GROUP BY state").fetchall()
+    assert dict(states) == {"COMPLETE": 6, "PRUNED": 6}
+
+
+@pytest.mark.parametrize(("trials", "jobs"), [(0, 1), (1, 0)])
+def test_numbers_that_make_no_sense_are_refused(tmp_path, trials, jobs):
+    with pytest.raises(ConfigurationError, match="at least 1"):
+        run_search(search(tmp_path), trials, jobs, function=made_up)
+
+
+# Seeds
+
+
+def test_seeds_for_judging_are_refused():
+    check_seeds((0, 9999))
+    with pytest.raises(ConfigurationError, match="seed 10000 is kept for judging"):
+        check_seeds((9999, 10000))
+
+
+@pytest.mark.parametrize(
+    ("seeds", "words"), [("9999:10001", "kept for judging"), ("3:3", "FIRST:LAST"), ("-1:2", "FIRST:LAST")]
+)
+def test_the_command_refuses_seeds_in_one_sentence(tmp_path, capsys, seeds, words):
+    assert cli.main(["tune", "free_space_line", f"--seeds={seeds}", "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_gains_of_the_other_controller_are_refused(tmp_path, capsys):
+    start = tmp_path / "start.toml"
+    start.write_text(gains_text(BAD))
+    command = ["tune", "free_space_line", "--controller", "impedance", "--start", str(start)]
+    assert cli.main([*command, "--out", str(tmp_path / "out")]) == 2
+    assert "holds MotionGains, but the controller is 'impedance'" in capsys.readouterr().err
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_who_watches_sees_rate_time_left_and_the_best(monkeypatch):
+    monkeypatch.setattr("sys.stderr", Terminal())
+    monkeypatch.setenv("COLUMNS", "140")
+    with tune._progress("free_space_line") as progress:
+        for done, tracking in enumerate((None, 2.5, 0.25, 0.25, None)):
+            progress("trials", done, 6, tracking)
+            time.sleep(0.15)
+        progress("sensitivity", 0, 2, None)
+        time.sleep(0.15)
+        shown = sys.stderr.getvalue()
+    for words in ("free_space_line: trials", "4/6", "best 2.5 mm", "best 0.25 mm", "/min", "0:00:0", "sensitivity"):
+        assert words in shown
+
+
+# The real thing, small
+
+SHORT = ["--set", "line.displacement=[0.0, 0.02, 0.0]", "--set", "line.speed=0.2"]
+
+
+@pytest.fixture(scope="module")
+def tuned(tmp_path_factory):
+    """Three trials of a line of 2 cm, through the command line, twice."""
+    folder = tmp_path_factory.mktemp("tuned")
+    out, start = folder / "out", folder / "start.toml"
+    start.write_text(gains_text(SOFT))
+    command = ["tune", "free_space_line", *SHORT, "--controller", "operational_space", "--start", str(start)]
+    command += ["--trials", "3", "--out", str(out)]
+    assert cli.main(command) == 0
+    return out, command
+
+
+def test_a_real_search_leaves_gains_table_page_and_json(tuned, capsys):
+    out, command = tuned
+    before = (out / "trials.csv").read_bytes()
+    assert cli.main([*command, "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (out / "trials.csv").read_bytes() == before
+    assert document["trials"]["finished"] == 3
+    assert document["start"]["gains"] == gains_table(SOFT)
+    assert document["improvement"]["tracking"] >= 1.0
+    assert document["best"]["margin"]["factor"] > 2.0
+    rows = list(csv.DictReader((out / "trials.csv").open()))
+    assert [row["trial"] for row in rows] == ["0", "1", "2"]
+    assert rows[0]["translation"] == "25.0"
+    assert all((out / row["gains"]).is_file() for row in rows)
+
+
+def test_the_best_gains_run(tuned):
+    out, _ = tuned
+    scenario = {"controller.kind": "operational_space", "controller.gains": str(out / "best.toml")}
+    scenario |= {"line.displacement": [0.0, 0.02, 0.0], "line.speed": 0.2}
+    assert run("free_space_line", overrides=scenario).success
+
+
+def test_the_page_needs_nothing_from_elsewhere(tuned):
+    page = (tuned[0] / "index.html").read_text(encoding="utf-8")
+    assert "://" not in page
+    assert "<script" not in page
+    assert "<img" not in page
+    assert set(re.findall(r'(?:src|href)="(.)', page)) <= {"#", "d"}
+    assert set(re.findall(r'(?:src|href)="(d[^"]*)', page)) == {"data:,"}
+    assert page.count("<svg") == 2 + 6 + 1
+    assert "var(--best)" in page
+    assert not re.findall(r"#0102\d\d", page)
+    assert "pilegrasp tune free_space_line" in page
+
+
+def test_gains_with_which_the_arm_does_not_get_there_are_a_failed_trial(tmp_path):
+    gains = tmp_path / "gains.toml"
+    gains.write_text(gains_text(MotionGains([25.0] * 3 + [10000.0] * 3)))
+    keys = {"controller.kind": "operational_space", "controller.gains": str(gains), "line.speed": 0.3}
+    report = evaluate(TrialWork(3, load_scenario("free_space_line", keys), (0,)))
+    assert report.measured is None
+    assert not report.feasible
+    assert re.match(r"seed 0: line: the line ended \d+ mm away", report.reason)

@@ -1,0 +1,213 @@
+"""Checks of the physics that take seconds, what they are made of, and that the page shows what is checked."""
+
+import json
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+import physics_convergence as convergence
+from physics_convergence import Numerics, Result, convergence_table, rate_difference
+from pilegrasp_ctrl.cli import main
+from pilegrasp_ctrl.sim.hand import Hand
+from pilegrasp_ctrl.sim.objects import OBJECT_MODELS
+from pilegrasp_ctrl.validation.physics import suite
+from pilegrasp_ctrl.validation.physics.contact_rig import ContactRig, bouncing
+from pilegrasp_ctrl.validation.physics.energy import bounce_gain, fall_drift, gain
+from pilegrasp_ctrl.validation.physics.friction import roll, slip
+from pilegrasp_ctrl.validation.physics.hung_weight import reading
+from pilegrasp_ctrl.validation.physics.penetration import impact_depth
+from pilegrasp_ctrl.validation.physics.physics_check import PhysicsCheck
+from pilegrasp_ctrl.validation.physics.restitution import drops, rebound
+from pilegrasp_ctrl.validation.physics.table import markdown
+from places import DOCS, ROOT
+
+PAGE = DOCS / "physics.md"
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return ContactRig.build(OBJECT_MODELS["light_sphere"], Hand.load("shovel"))
+
+
+@pytest.mark.parametrize(
+    ("relation", "measured", "ok"),
+    [
+        ("=", 1.1, True),
+        ("=", 1.3, False),
+        ("=", 0.7, False),
+        ("<=", 0.0, True),
+        ("<=", 1.3, False),
+        (">=", 9.0, True),
+        (">=", 0.7, False),
+        ("=", math.nan, False),
+        ("<=", -math.inf, False),
+    ],
+)
+def test_a_verdict_follows_from_the_numbers(relation, measured, ok):
+    assert PhysicsCheck("x", 1.0, measured, 0.2, "-", relation).ok is ok
+
+
+def test_a_measurement_that_is_not_finite_is_still_json():
+    document = PhysicsCheck("x", 1.0, math.nan, 0.2, "-").as_dict()
+    assert json.loads(json.dumps(document, allow_nan=False))["measured"] is None
+
+
+@pytest.mark.parametrize("where", ["table", "wall", "object", "shovel floor", "shovel back"])
+def test_restitution_on_every_spot(rig, where):
+    result = drops(rig, where)
+    assert result.requested == (0.8 if "shovel" in where else 0.72)
+    assert result.worst_mean == pytest.approx(result.requested, abs=0.03)
+
+
+def test_a_drop_touches_nothing_but_its_spot(rig):
+    for spot in rig.spots.values():
+        data = rig.place(spot, 0.1)
+        for _ in range(300):
+            mujoco.mj_step(rig.model, data)
+            touched = {rig.model.geom(int(geom)).name for pair in data.contact.geom for geom in pair}
+            assert touched <= {spot.geom, "object_1"}
+
+
+def test_what_is_measured_is_the_contact_that_was_asked_for(rig):
+    dull = ContactRig.build(bouncing(OBJECT_MODELS["light_sphere"], 0.4), Hand.load("shovel"))
+    assert rebound(dull, dull.spots["table"], 0.3) < 0.5 < rebound(rig, rig.spots["table"], 0.3)
+    assert rebound(dull, dull.spots["shovel floor"], 0.3) > 0.7
+
+
+def test_a_cube_slips_within_a_degree_and_a_ball_rolls_by_the_formula(rig):
+    cube = ContactRig.build(OBJECT_MODELS["cube"], Hand.load("shovel"))
+    friction = cube.kind.surface.lateral
+    angle = slip(cube, cube.spots["table"], friction).angle
+    assert math.degrees(angle) == pytest.approx(math.degrees(math.atan(friction)), abs=1.0)
+    result = roll(rig)
+    assert result.deceleration == pytest.approx(result.formula, rel=0.05)
+    # mu_r g / (R (1 + k)) of a hollow ball, by hand.
+    assert result.formula == pytest.approx(0.002 * 9.81 / (0.027 * 1.55))
+
+
+def test_what_does_not_slip_has_no_angle():
+    rig = ContactRig.build(OBJECT_MODELS["cube"], Hand.load("shovel"))
+    assert math.isnan(slip(rig, rig.spots["table"], 0.05).angle)
+
+
+def test_energy_is_kept_in_the_air_and_not_gained_on_the_table(rig):
+    # Semi-implicit Euler loses m g² dt t / 2.
+    assert fall_drift(rig) == pytest.approx(0.5 * 9.81 * 1e-3 * math.sqrt(2 * 0.5 / 9.81) / 0.5, rel=0.05)
+    assert bounce_gain(rig, "table") < 1e-3
+
+
+def test_a_gain_is_found_between_blocks_and_not_within_them():
+    falling = np.linspace(1.0, 0.0, 1000)
+    assert gain(list(falling), 1e-3) < 0.0
+    spring = falling - 0.2 * (np.arange(1000) % 10 == 0)
+    assert gain(list(spring), 1e-3) < 0.0
+    falling[600:] += 0.3
+    assert gain(list(falling), 1e-3) == pytest.approx(0.3 - 0.05, abs=0.01)
+
+
+def test_a_ball_stays_before_the_wall(rig):
+    assert 0.001 < impact_depth(rig, "wall", 0.7) < 0.004
+    assert impact_depth(rig, "wall", 0.3) < impact_depth(rig, "wall", 0.7)
+
+
+def test_a_hung_kilogram_is_read():
+    np.testing.assert_allclose(reading("shovel", np.array([0.4, -1.1, 0.3])), [0.0, 0.0, -9.81], atol=0.05)
+
+
+GOOD, BAD = PhysicsCheck("fine", 1.0, 1.0, 0.1, "-"), PhysicsCheck("off", 1.0, 2.0, 0.1, "mm")
+
+
+@pytest.mark.parametrize(("checks", "status"), [((GOOD,), 0), ((GOOD, BAD), 2)])
+def test_the_verb_prints_every_check_and_fails_where_one_does(capsys, monkeypatch, checks, status):
+    monkeypatch.setattr(suite, "SUITES", ((1.0, lambda: checks),))
+    for flags in (["--json"], []):
+        assert main(["doctor", "--physics", *flags]) == status
+        out, err = capsys.readouterr()
+        if flags:
+            document = json.loads(out)
+            assert document["ok"] is (status == 0)
+            assert [check["name"] for check in document["checks"]] == [check.name for check in checks]
+        else:
+            assert all(check.name in out for check in checks)
+        assert ("off" in err) is (status == 2)
+        assert "Traceback" not in err
+
+
+def test_the_page_shows_the_checks_that_there_are():
+    """A suite that costs seconds is run; of the others the page has rows of the same beginning."""
+    rows = [line.split("|")[1].strip() for line in PAGE.read_text(encoding="utf-8").splitlines() if "| ok |" in line]
+    names = [check.name for check in suite.step_halving_checks()]
+    assert [row for row in rows if row.startswith("half step")] == names
+    kinds = {row.partition(":")[0] for row in rows}
+    assert kinds >= {"restitution", "slip", "rolling", "energy", "wrench", "depth", "passed through", "rest"}
+
+
+def test_a_known_miss_is_told_and_does_not_fail(capsys, monkeypatch):
+    monkeypatch.setattr(suite, "SUITES", ((1.0, lambda: (GOOD, BAD)),))
+    monkeypatch.setattr(suite, "KNOWN", {"off": "one contact on a flat end"})
+    assert main(["doctor", "--physics", "--json"]) == 0
+    assert [(row["ok"], row["known"]) for row in json.loads(capsys.readouterr().out)["checks"]] == [
+        (True, ""),
+        (False, "one contact on a flat end"),
+    ]
+    assert main(["doctor", "--physics"]) == 0
+    assert "missed: one contact on a flat end" in capsys.readouterr().out
+
+
+def test_what_is_known_to_be_missed_is_still_measured():
+    rows = {line.split("|")[1].strip() for line in PAGE.read_text(encoding="utf-8").splitlines() if "| missed:" in line}
+    assert rows == suite.KNOWN.keys()
+
+
+def test_a_table_row_says_what_was_asked_and_found():
+    assert markdown([BAD]).splitlines()[-1] == "| off | 1 mm | 2 mm | ±0.1 mm | failed |"
+
+
+def test_attempts_that_are_known_are_not_run_again(tmp_path, monkeypatch):
+    ran = []
+
+    def pretend(scenario, numerics, seed):
+        ran.append((numerics, seed))
+        return Result(numerics, seed, seed != 1, 2.0 + seed, 17.0, "")
+
+    monkeypatch.setattr(convergence, "attempt", pretend)
+    file = tmp_path / "known.jsonl"
+    first = convergence.convergence(file, "spheres_wall", [0, 1])
+    count = len(ran)
+    again = convergence.convergence(file, "spheres_wall", [0, 1, 2])
+    assert len(ran) == count * 3 // 2
+    assert again[:count] == first
+    table = convergence_table(again, convergence.STEPS)
+    assert table.count("2 of 3") == 4
+    assert "1 ms, 30 iterations" in table
+
+
+def test_the_interval_of_a_difference_is_newcombes():
+    # Newcombe 1998, table II, row (a): 56/70 - 48/80, method 10.
+    assert rate_difference(56, 70, 48, 80) == pytest.approx((0.0524, 0.3339), abs=1e-4)
+
+
+def test_an_attempt_takes_the_numerics_it_is_given(monkeypatch):
+    seen = []
+
+    def stop(prepared):
+        seen.append(prepared.simulation.scene.model.opt)
+        raise convergence.PilegraspError("stopped")
+
+    monkeypatch.setattr(convergence, "run_attempt", stop)
+    result = convergence.attempt("push_wall", Numerics(5e-4, 7, 1e-5), 0)
+    assert (seen[0].timestep, seen[0].iterations, seen[0].tolerance) == (5e-4, 7, 1e-5)
+    assert (result.success, result.reason) == (False, "stopped")
+
+
+def test_pybullet_is_never_asked_for_by_the_library():
+    root = ROOT / "pilegrasp_ctrl"
+    own = [file for file in root.rglob("*.py") if "scenarios" not in file.parts]
+    assert [file.name for file in own if "import pybullet" in file.read_text(encoding="utf-8")] == []
+
+
+def test_a_measurement_that_came_from_numpy_is_still_json():
+    row = json.loads(json.dumps(PhysicsCheck("x", 1.0, np.float64(1.1), np.float64(0.2), "-").as_dict()))
+    assert (row["measured"], row["ok"]) == (1.1, True)

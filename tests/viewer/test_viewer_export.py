@@ -1,0 +1,353 @@
+"""Contact sheets and movies of a recording: what is in them, and what is said where a program is missing."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import sys
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from browser import find_chromium
+from pilegrasp_ctrl import cli
+from pilegrasp_ctrl.exceptions import ExportError
+from pilegrasp_ctrl.viewer import write
+from pilegrasp_ctrl.viewer.contact_sheet import MOST_TILES, TILES, moments
+from pilegrasp_ctrl.viewer.movie import GIF_RATE, HOLD, MOST_FRAMES, frame_times
+from pilegrasp_ctrl.viewer.stills import Stills
+from synthetic_recording import PHASES, synthetic
+
+HOSTILE = '</script><script>window.pwned=1</script><img src="x" onerror="window.pwned=1">${pwned=1}`'
+
+SPEED = 20.0
+
+# Counts the pictures that reach it, in place of a movie; the last argument is the file.
+COUNTING_FFMPEG = """#!/bin/sh
+for last; do :; done
+grep -a -o PNG | wc -l > "${last#file:}"
+"""
+
+FAILING_FFMPEG = """#!/bin/sh
+echo "Unknown encoder" >&2
+exit 1
+"""
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    if find_chromium() is None:
+        reason = "Chromium is not installed; install it or name one in PILEGRASP_CHROMIUM"
+        if os.environ.get("CI") == "true":
+            pytest.fail(reason)
+        pytest.skip(reason)
+
+
+@pytest.fixture(scope="module")
+def attempt():
+    return synthetic(frames=60, objects=6)
+
+
+@pytest.fixture
+def saved(attempt, tmp_path):
+    attempt.save(tmp_path / "a.npz")
+    return tmp_path / "a.npz"
+
+
+def answer(capsys, *arguments):
+    status = cli.main([str(argument) for argument in arguments])
+    out, err = capsys.readouterr()
+    return status, out, err
+
+
+def assert_one_sentence(err):
+    assert err.startswith("error: ")
+    assert err.count("\n") == 1
+    assert "internal" not in err
+
+
+def assert_refused(capsys, saved, name, *words):
+    """The export ends with status 2 and one sentence, and the folder is as it was."""
+    before = sorted(saved.parent.iterdir())
+    status, out, err = answer(capsys, "export", saved, saved.parent / name)
+    assert (status, out) == (2, "")
+    assert_one_sentence(err)
+    for word in words:
+        assert word in err
+    assert sorted(saved.parent.iterdir()) == before
+
+
+def program(folder, name, text):
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    return path
+
+
+def pixels(image):
+    return np.asarray(image.convert("RGB")).astype(float)
+
+
+# ---- which moments ----
+
+
+def test_the_sheet_holds_start_and_end_of_each_primitive(attempt):
+    shown = moments(attempt)
+    assert len(shown) == TILES
+    times = [moment.time for moment in shown]
+    assert times == sorted(times)
+    assert (times[0], times[-1]) == (0.0, 10.0)
+    words = {moment.time: moment.words for moment in shown}
+    assert words[0.0] == ("approach begins",)
+    assert words[2.2] == ("approach ends: touch force", "push begins")
+    assert words[10.0] == ("lift ends: lifted",)
+    for name, start, end in PHASES:
+        assert {start, end} <= words.keys()
+        between = [words[t] for t in times if start < t < end]
+        assert all(texts == (name,) for texts in between)
+
+
+def test_a_failure_is_marked():
+    shown = moments(synthetic(success=False, frames=30))
+    assert shown[-1].failed
+    assert shown[-1].words == ("push failed: travel limit of 0.36 m",)
+    assert not any(moment.failed for moment in shown[:-1])
+
+
+@pytest.mark.parametrize("frames", [1, 2])
+def test_a_recording_of_few_frames_has_a_sheet(frames):
+    plain = synthetic(frames=2, outcomes=[])
+    last = slice(0, frames)
+    short = replace(
+        plain,
+        contacts=None,
+        frame_time=plain.frame_time[last],
+        body_position=plain.body_position[last],
+        body_quaternion=plain.body_quaternion[last],
+    )
+    assert len(moments(short)) == (1 if frames == 1 else TILES)
+    assert len(frame_times(short, 10.0, 1.0)) == (1 if frames == 1 else 101)
+
+
+def test_primitives_without_end_or_out_of_time_do_not_swell_the_sheet():
+    rows = [{"name": f"p{k}", "status": "ended", "start": 0.1 * k, "end": 0.1 * k + 0.1} for k in range(90)]
+    rows.append({"name": "late", "status": "ended", "start": 50.0, "end": 60.0})
+    shown = moments(synthetic(frames=30, outcomes=rows))
+    assert len(shown) == MOST_TILES
+    assert shown[-1].time == 10.0
+    assert not any("late" in word for moment in shown for word in moment.words)
+
+
+@pytest.mark.parametrize("speed", [0.3, 1.0, 7.0, 100.0])
+def test_a_movie_runs_from_the_first_frame_to_the_last(attempt, speed):
+    times = frame_times(attempt, 12.5, speed)
+    assert (times[0], times[-1]) == (0.0, 10.0)
+    gaps = [b - a for a, b in pairwise(times)]
+    step = speed / 12.5
+    assert all(gap == pytest.approx(step) for gap in gaps[:-1])
+    assert 0.0 < gaps[-1] < 1.5 * step + 1e-9
+
+
+def test_a_movie_that_would_not_end_is_refused():
+    with pytest.raises(ExportError, match=f"more than {MOST_FRAMES}; give a speed of 1"):
+        frame_times(synthetic(frames=2, duration=2500.0), 15.0, 1.0)
+
+
+# ---- what is in them ----
+
+
+@pytest.mark.browser
+def test_a_contact_sheet_shows_every_moment(chromium, attempt, tmp_path):
+    seen = []
+    write(attempt, tmp_path / "a.png", progress=lambda done, total: seen.append((done, total)))
+    assert seen == [(k, TILES) for k in range(1, TILES + 1)]
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+    sheet = Image.open(tmp_path / "a.png")
+    width, height, top, gap, text = 480, 300, 84, 14, 46
+    assert sheet.size == (gap + 3 * (width + gap), top + 3 * (height + text + gap))
+    tiles, captions = [], []
+    for row in range(3):
+        for column in range(3):
+            x, y = gap + column * (width + gap), top + row * (height + text + gap)
+            tiles.append(pixels(sheet.crop((x, y, x + width, y + height))))
+            captions.append(pixels(sheet.crop((x, y + height, x + width, y + height + text))))
+    for tile, caption in zip(tiles, captions, strict=True):
+        # A scene has hundreds of colours; the sky alone has a few dozen greys.
+        assert len(np.unique(tile.reshape(-1, 3), axis=0)) > 300
+        assert tile.std(axis=(0, 1)).min() > 10.0
+        assert caption.min() < 80.0 < 240.0 < caption.max()
+    for one, two in pairwise(tiles):
+        assert np.abs(one - two).max() > 100.0
+    head = pixels(sheet.crop((0, 0, 8, 60)))
+    assert np.ptp(head, axis=(0, 1)).max() == 0.0
+    red, green, _ = head[0, 0]
+    assert green > red
+
+
+@pytest.mark.browser
+def test_a_gif_moves_and_ends_on_the_verdict(chromium, attempt, tmp_path):
+    write(attempt, tmp_path / "a.gif", speed=SPEED)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.gif"]
+    movie = Image.open(tmp_path / "a.gif")
+    times = frame_times(attempt, GIF_RATE, SPEED)
+    assert movie.n_frames == len(times)
+    frames, durations = [], []
+    for index in range(movie.n_frames):
+        movie.seek(index)
+        frames.append(pixels(movie))
+        durations.append(movie.info["duration"])
+    assert durations == [1000 / GIF_RATE] * (len(times) - 1) + [1000 * HOLD]
+    assert movie.info["loop"] == 0
+    for one, two in pairwise(frames):
+        assert np.abs(one - two)[:-30].max() > 100.0
+    # The verdict's green appears in the last caption and in no other.
+    green = [int(((f[-30:, :, 1] > f[-30:, :, 0] + 40) & (f[-30:, :, 1] > f[-30:, :, 2] + 40)).sum()) for f in frames]
+    assert green[-1] > 50
+    assert max(green[:-1]) == 0
+
+
+@pytest.mark.browser
+def test_a_still_depends_on_its_moment_only(chromium, attempt):
+    with Stills(attempt) as stills:
+        stills.open_movie(320, 230)
+        first = stills.frame(5.0)
+        assert stills.frame(2.0) != first
+        assert stills.frame(5.0) == first
+
+
+@pytest.mark.browser
+def test_hostile_names_are_drawn_and_run_nothing(chromium, tmp_path):
+    plain = synthetic(frames=10, objects=2)
+    names = [HOSTILE, "__proto__", *(f"b{k}" for k in range(len(plain.bodies) - 2))]
+    bodies = tuple(replace(body, name=name) for body, name in zip(plain.bodies, names, strict=True))
+    rows = [{"name": HOSTILE, "status": "failed", "trigger": "\u202e\ud800\u2028" + HOSTILE, "start": 0.0, "end": 6.0}]
+    meta = {"scenario": HOSTILE, "seed": HOSTILE, "reason": HOSTILE, "outcomes": rows, "success": False}
+    hostile = replace(plain, meta=meta, bodies=bodies)
+    shown = moments(hostile)
+    with Stills(hostile) as stills:
+        stills.open_sheet(2, {"title": HOSTILE, "verdict": HOSTILE, "reason": HOSTILE, "ink": "bad"})
+        stills.add_tile(0, 0.0, shown[0].words, failed=True)
+        assert len(stills.sheet()) > 1000
+        stills.open_movie(320, 230)
+        assert len(stills.frame(1.0, HOSTILE)) > 1000
+        assert stills._browser.evaluate("typeof window.pwned") == "undefined"
+        assert stills._browser.evaluate("document.images.length") == 0
+
+
+@pytest.mark.browser
+def test_an_mp4_gets_every_frame_and_holds_the_last(chromium, attempt, tmp_path, monkeypatch):
+    tools = tmp_path / "tools"
+    tools.mkdir()
+    program(tools, "ffmpeg", COUNTING_FFMPEG)
+    monkeypatch.setenv("PATH", f"{tools}{os.pathsep}{os.environ['PATH']}")
+    folder = tmp_path / "out"
+    folder.mkdir()
+    write(attempt, folder / "a.mp4", speed=40.0)
+    expected = len(frame_times(attempt, 15.0, 40.0)) + round(15.0 * HOLD)
+    assert int((folder / "a.mp4").read_text()) == expected
+    assert [path.name for path in folder.iterdir()] == ["a.mp4"]
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")
+def test_a_real_mp4_is_one(chromium, attempt, tmp_path):
+    write(attempt, tmp_path / "a.mp4", speed=40.0)
+    assert (tmp_path / "a.mp4").read_bytes()[4:8] == b"ftyp"
+
+
+# ---- what goes wrong ----
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.gif"])
+def test_without_chromium_one_sentence_says_what_to_install(capsys, saved, monkeypatch, name):
+    monkeypatch.delenv("PILEGRASP_CHROMIUM", raising=False)
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    assert_refused(capsys, saved, name, "Chromium", "apt-get install chromium", "PILEGRASP_CHROMIUM")
+
+
+@pytest.mark.parametrize(
+    ("browser", "words"), [("/nowhere/chromium", "which is not a program"), ("false", "ended by itself")]
+)
+def test_a_browser_that_does_not_start_is_named(capsys, saved, monkeypatch, browser, words):
+    monkeypatch.setenv("PILEGRASP_CHROMIUM", browser)
+    assert_refused(capsys, saved, "a.png", browser, words)
+
+
+def test_without_ffmpeg_one_sentence_names_both_remedies(capsys, saved, monkeypatch):
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    assert_refused(capsys, saved, "a.mp4", "apt-get install ffmpeg", "pip install imageio-ffmpeg", ".gif works")
+
+
+@pytest.mark.browser
+def test_an_ffmpeg_that_fails_is_quoted(chromium, capsys, saved, tmp_path, monkeypatch):
+    tools = tmp_path / "tools"
+    tools.mkdir()
+    program(tools, "ffmpeg", FAILING_FFMPEG)
+    monkeypatch.setenv("PATH", f"{tools}{os.pathsep}{os.environ['PATH']}")
+    assert_refused(capsys, saved, "a.mp4", "Unknown encoder")
+
+
+@pytest.mark.browser
+def test_an_interrupt_leaves_neither_a_file_nor_a_browser(chromium, attempt, tmp_path, monkeypatch):
+    begun = []
+    draw = Stills.frame
+
+    def interrupted(self, *arguments):
+        begun.append(self)
+        if len(begun) == 3:
+            raise KeyboardInterrupt
+        return draw(self, *arguments)
+
+    monkeypatch.setattr(Stills, "frame", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write(attempt, tmp_path / "a.gif", speed=SPEED)
+    assert list(tmp_path.iterdir()) == []
+    assert begun[0]._browser._process.poll() is not None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["a.html", "--speed", "2"], "--speed is for movies"),
+        (["a.png", "--speed", "2"], "--speed is for movies"),
+        (["a.gif", "--speed", "0"], "out of range"),
+        (["a.gif", "--speed", "nan"], "out of range"),
+        (["a.webm"], "must end in .html, .png, .gif or .mp4"),
+        (["nowhere/a.gif"], "does not exist"),
+    ],
+)
+def test_what_cannot_be_written_is_said(capsys, saved, arguments, words):
+    name, *options = arguments
+    status, out, err = answer(capsys, "export", saved, saved.parent / name, *options)
+    assert (status, out) == (2, "")
+    assert_one_sentence(err)
+    assert words in err
+    assert [path.name for path in saved.parent.iterdir()] == ["a.npz"]
+
+
+def test_write_knows_no_other_suffix(attempt, tmp_path):
+    with pytest.raises(ExportError, match=r"must end in \.html, \.png, \.gif or \.mp4"):
+        write(attempt, tmp_path / "a.pdf")
+
+
+def test_run_refuses_a_picture_it_could_not_draw_before_it_simulates(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr("pilegrasp_ctrl.episode.run", lambda *_, **__: pytest.fail("the attempt has begun"))
+    monkeypatch.setenv("PILEGRASP_CHROMIUM", "/nowhere/chromium")
+    status, out, err = answer(capsys, "run", "spheres_wall", "--export", tmp_path / "a.png")
+    assert (status, out) == (2, "")
+    assert_one_sentence(err)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_run_exports_by_the_suffix(capsys, tmp_path):
+    short = ["--set", "line.displacement=[0.0, 0.02, 0.0]"]
+    files = ["--html", tmp_path / "a.html", "--export", tmp_path / "b.html"]
+    status, out, _ = answer(capsys, "run", "free_space_line", *short, *files)
+    assert status == 0
+    assert f"wrote {tmp_path / 'b.html'}" in out
+    assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()

@@ -1,0 +1,268 @@
+"""What the page draws beside the bodies, without a browser: contacts, fingers, the push's funnel, the wrist wrench."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import struct
+import zlib
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+import umsgpack
+from scipy.spatial.transform import Rotation
+
+from pilegrasp_ctrl import cli
+from pilegrasp_ctrl.contacts import Contacts
+from pilegrasp_ctrl.exceptions import ExportError
+from pilegrasp_ctrl.recording import Body, Recording, Shape
+from pilegrasp_ctrl.sim.contact_forces import SMALLEST, ContactForces
+from pilegrasp_ctrl.viewer import page, write
+from pilegrasp_ctrl.viewer.commands import commands, node_path, unpack
+from pilegrasp_ctrl.viewer.contact_block import contact_block
+from pilegrasp_ctrl.viewer.fingers import chains, tubes
+from pilegrasp_ctrl.viewer.html import MOST_FRAMES
+from pilegrasp_ctrl.viewer.push_frame import push_frame
+from synthetic_recording import PHASES, synthetic
+
+
+@pytest.fixture(scope="module")
+def attempt():
+    return synthetic(frames=60)
+
+
+def read_block(block):
+    """Contacts as the page's script reads them: count of each frame, positions, forces, kinds."""
+    (frames,) = struct.unpack_from("<I", block)
+    count = np.frombuffer(block, "<u2", frames, 4)
+    total, at = int(count.sum()), 4 + 2 * frames
+    position = np.frombuffer(block, "<i2", 3 * total, at).reshape(-1, 3) * 1e-4
+    force = np.frombuffer(block, "<i2", 3 * total, at + 6 * total).reshape(-1, 3) * 1e-2
+    return count, position, force, np.frombuffer(block, "u1", total, at + 12 * total)
+
+
+def test_the_block_of_contacts_holds_them_to_a_tenth_of_a_millimeter(attempt):
+    count, position, force, kind = read_block(contact_block(attempt))
+    np.testing.assert_array_equal(count, np.diff(attempt.contacts.start))
+    np.testing.assert_allclose(position, attempt.contacts.position, atol=0.51e-4)
+    np.testing.assert_allclose(force, attempt.contacts.force, atol=0.51e-2)
+    assert kind[:3].tolist() == [0, 2, 1]
+
+
+def test_contacts_that_do_not_fit_the_block_are_left_out_or_cut(attempt):
+    first = int(np.flatnonzero(np.diff(attempt.contacts.start))[0])
+    position, force = (np.array(getattr(attempt.contacts, name)) for name in ("position", "force"))
+    position[0, 0], force[1] = 1e30, (0.0, -1e30, 2.0)
+    wild = Contacts(attempt.contacts.start, attempt.contacts.bodies, position, force)
+    count, _, found, _ = read_block(contact_block(replace(attempt, contacts=wild)))
+    assert count[first] == 2
+    np.testing.assert_allclose(found[0], (0.0, -327.67, 2.0))
+
+
+def test_a_recording_without_contacts_has_a_page(attempt):
+    assert contact_block(replace(attempt, contacts=None)) == b""
+    assert "<html" in page(replace(attempt, contacts=None))
+
+
+def test_the_contacts_of_a_simulation_carry_the_weight():
+    xml = """<mujoco><option cone="elliptic" timestep="0.001"/><worldbody><geom type="plane" size="1 1 1"/>
+      <body name="low" pos="0 0 0.03"><freejoint/><geom size="0.03" mass="0.2"/></body>
+      <body name="high" pos="0 0 0.09"><freejoint/><geom size="0.03" mass="0.1"/></body>
+      <body name="light" pos="1 0 0.03"><freejoint/><geom size="0.03" mass="0.001"/></body></worldbody></mujoco>"""
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    for _ in range(300):
+        mujoco.mj_step(model, data)
+    roles = ("support", "object", "hand", "object")
+    bodies = tuple(Body(model.body(k).name, role, ()) for k, role in enumerate(roles))
+    pairs, position, force = ContactForces(model, bodies, np.arange(4)).read(data)
+    by_pair = {tuple(pair): (f, p) for pair, f, p in zip(pairs.tolist(), force, position, strict=True)}
+    # The hand comes before the object it lies on, and the object before the plane; 0.01 N is too little to show.
+    assert by_pair.keys() == {(2, 1), (1, 0)}
+    assert SMALLEST > 0.001 * 9.81
+    np.testing.assert_allclose(by_pair[2, 1][0], (0.0, 0.0, 0.1 * 9.81), atol=0.02)
+    np.testing.assert_allclose(by_pair[1, 0][0], (0.0, 0.0, 0.3 * 9.81), atol=0.03)
+    assert by_pair[2, 1][1][2] == pytest.approx(0.06, abs=2e-3)
+
+
+def test_a_finger_is_a_numbered_run_of_single_capsules():
+    capsule, ball = Shape("capsule", (0.01, 0.02)), Shape("sphere", (0.01,))
+    listed = [
+        ("thumb_1", "hand", capsule),
+        ("thumb_2", "hand", capsule),
+        ("index_1", "hand", capsule),
+        ("index_2", "hand", capsule),
+        ("index_4", "hand", capsule),
+        ("pad_1", "hand", ball),
+        ("pad_2", "hand", ball),
+        ("link_1", "arm", capsule),
+        ("link_2", "arm", capsule),
+        ("lone_1", "hand", capsule),
+    ]
+    bodies = tuple(Body(name, role, (shape,)) for name, role, shape in listed)
+    assert chains(bodies) == [[0, 1], [2, 3]]
+
+
+@pytest.mark.parametrize("flip", [False, True])
+def test_a_tube_runs_from_base_to_tip_whichever_way_its_capsules_point(flip):
+    turn = Rotation.from_euler("y", 90 if not flip else -90, degrees=True).as_quat(scalar_first=True)
+    shape = Shape("capsule", (0.01, 0.02), (0.02, 0.0, 0.0), turn)
+    bodies = tuple(Body(f"index_{k}", "hand", (shape,)) for k in (1, 2, 3))
+    recording = Recording(
+        {},
+        bodies,
+        [0.0],
+        [[[0.0, 0.0, 0.0], [0.04, 0.0, 0.0], [0.08, 0.0, 0.0]]],
+        np.tile([1.0, 0.0, 0.0, 0.0], (1, 3, 1)),
+        [],
+        {},
+    )
+    (finger,) = tubes(recording, ["a", "b", "c"])
+    for segment in finger["segments"]:
+        np.testing.assert_allclose(segment["ends"], [[0.0, 0.0, 0.0], [0.04, 0.0, 0.0]], atol=1e-5)
+    assert [segment["path"] for segment in finger["segments"]] == ["a", "b", "c"]
+
+
+def test_the_funnel_opens_before_the_hand_along_the_push(attempt):
+    frame = push_frame(attempt)
+    assert (frame["start"], frame["end"]) == PHASES[1][1:]
+    np.testing.assert_allclose(frame["direction"], (1.0, 0.0), atol=0.05)
+    # The palm is 10 cm wide and the fingers' bases are 8 cm apart; their tips reach before the palm.
+    assert 0.04 < frame["half"] < 0.06
+    assert 0.0 < frame["front"] < 0.1
+    turned = Rotation.from_euler("z", 90, degrees=True)
+    spun = replace(
+        attempt,
+        body_position=turned.apply(attempt.body_position.reshape(-1, 3)).reshape(attempt.body_position.shape),
+        body_quaternion=(turned * Rotation.from_quat(attempt.body_quaternion.reshape(-1, 4), scalar_first=True))
+        .as_quat(scalar_first=True)
+        .reshape(attempt.body_quaternion.shape),
+        signals=dict(attempt.signals) | {"tool_position": turned.apply(attempt.signals["tool_position"])},
+    )
+    other = push_frame(spun)
+    np.testing.assert_allclose(other["direction"], (-frame["direction"][1], frame["direction"][0]), atol=1e-4)
+    for name in ("front", "middle", "half"):
+        assert other[name] == pytest.approx(frame[name], abs=2e-4)
+
+
+@pytest.mark.parametrize("beta", [20.0, -30.0])
+def test_the_funnel_opens_where_a_turned_hand_points(attempt, beta):
+    straight, meta = push_frame(attempt), attempt.meta | {"config": {"strategy": {"beta_deg": beta}}}
+    frame = push_frame(replace(attempt, meta=meta))
+    angles = [np.arctan2(*reversed(found["direction"])) for found in (straight, frame)]
+    assert np.rad2deg(angles[1] - angles[0]) == pytest.approx(beta, abs=1e-2)
+
+
+def test_without_a_push_a_tool_or_a_hand_there_is_no_funnel(attempt):
+    assert push_frame(replace(attempt, meta={})) is None
+    assert push_frame(replace(attempt, signals={})) is None
+    bare = replace(attempt, bodies=tuple(replace(b, role="arm") if b.role == "hand" else b for b in attempt.bodies))
+    assert push_frame(bare) is None
+    still = np.tile(attempt.signals["tool_position"][:1], (len(attempt.signal_time), 1))
+    assert push_frame(replace(attempt, signals={"tool_position": still})) is None
+
+
+def test_the_wrench_stands_at_the_sensor_with_force_and_moment(attempt):
+    signals = dict(attempt.signals) | {"wrench": np.tile([0, 0, 10.0, 0, 0.5, 0], (len(attempt.signal_time), 1))}
+    stream = commands(replace(attempt, signals=signals))
+    values = {
+        (c["path"], c["property"]): c["value"]
+        for c in stream
+        if c["type"] == "set_property" and c["path"].startswith("/Overlays/wrench")
+    }
+    sensor = next(index for index, body in enumerate(attempt.bodies) if body.role == "sensor")
+    for name, axis, length in (("force", (0.0, 0.0, 1.0), 0.10), ("moment", (0.0, 1.0, 0.0), 0.05)):
+        root = f"/Overlays/wrench/{name}"
+        np.testing.assert_allclose(values[root, "position"], attempt.body_position[0, sensor], atol=1e-6)
+        turn = Rotation.from_quat(values[root, "quaternion"])
+        np.testing.assert_allclose(turn.apply([0.0, 0.0, 1.0]), axis, atol=1e-6)
+        assert values[f"{root}/shaft", "scale"][2] + values[f"{root}/head", "scale"][2] == pytest.approx(length)
+
+
+def test_reference_and_tool_have_their_own_lines(attempt):
+    lines = {c["path"]: c["object"] for c in commands(attempt) if c["path"].startswith("/Overlays/paths/")}
+    ends = {}
+    for path, document in lines.items():
+        points = document["geometries"][0]["data"]["attributes"]["position"]["array"]
+        ends[path.rpartition("/")[2]] = np.frombuffer(points.data, "<f4").reshape(-1, 3)[[0, -1]]
+    for name in ("tool", "reference"):
+        signal = attempt.signals[f"{name}_position"]
+        np.testing.assert_allclose(ends[name][0], signal[0], atol=1e-4)
+        np.testing.assert_allclose(ends[name][1], signal[-1], atol=5e-4)
+
+
+def blocks_of(document, name):
+    found = re.findall(rf'<script type="application/octet-stream" class="{name}">([^<]*)</script>', document)
+    return [zlib.decompress(base64.b64decode(text)) for text in found]
+
+
+def test_the_page_carries_stream_contacts_and_data_of_each_recording(attempt):
+    other = synthetic(success=False, frames=40, objects=5)
+    document = page(attempt, other)
+    assert blocks_of(document, "contacts") == [contact_block(attempt), contact_block(other)]
+    for block, shown in zip(blocks_of(document, "commands"), (attempt, other), strict=True):
+        assert [umsgpack.packb(c) for c in unpack(block)[:5]]
+        paths = [c["path"] for c in unpack(block) if c["type"] == "set_transform"]
+        assert paths == [node_path(index, body) for index, body in enumerate(shown.bodies)]
+    first, second = json.loads(re.search(r'id="page-data">(.*?)</script>', document, flags=re.DOTALL)[1])
+    assert (first["end"], second["end"]) == (10.0, pytest.approx(6.4))
+    # One clock: both timelines show the same window.
+    assert re.findall(r'data-start="([\d.]+)" data-end="([\d.]+)"', document) == [("0.0000", "10.0000")] * 2
+    assert document.count('class="panel"') == 2
+    assert document.count("Arrows, marks and keys") == 1
+
+
+def test_the_separated_object_is_named_only_where_it_was_recorded(attempt):
+    def told(motion):
+        document = page(replace(attempt, meta={"motion": motion}))
+        return json.loads(re.search(r'id="page-data">(.*?)</script>', document, flags=re.DOTALL)[1])[0]["separated"]
+
+    index = [body.name for body in attempt.bodies].index("light_sphere_03")
+    found = told({"separated": {"object": "light_sphere_03", "time": 5.0}})
+    assert found == {"path": node_path(index, attempt.bodies[index]), "time": 5.0}
+    for motion in (None, 3, {"separated": None}, {"separated": {"object": "nobody", "time": 5.0}}):
+        assert told(motion) is None
+
+
+@pytest.mark.parametrize("config", [{"strategy": {"lift_height": 0.2}}, {"strategy": {"lift_height": "high"}}, None])
+def test_the_command_finds_out_which_object_separated(attempt, tmp_path, config):
+    replace(attempt, meta=dict(attempt.meta) | {"config": config}).save(tmp_path / "a.npz")
+    assert cli.main(["export", str(tmp_path / "a.npz"), str(tmp_path / "a.html")]) == 0
+    document = (tmp_path / "a.html").read_text(encoding="utf-8")
+    found = json.loads(re.search(r'id="page-data">(.*?)</script>', document, flags=re.DOTALL)[1])[0]["separated"]
+    # Of the two balls in the hand before it closes, this one is nearer to its middle, 21 mm against 32 mm.
+    index = [body.name for body in attempt.bodies].index("light_sphere_13")
+    assert found["path"] == node_path(index, attempt.bodies[index])
+    assert PHASES[1][1] < found["time"] < PHASES[1][2]
+
+
+def test_a_recording_too_long_for_a_page_is_refused():
+    frames = MOST_FRAMES + 1
+    long = Recording(
+        {},
+        (Body("ball", "object", (Shape("sphere", (0.03,)),)),),
+        np.arange(frames) / 30.0,
+        np.zeros((frames, 1, 3)),
+        np.tile([1.0, 0.0, 0.0, 0.0], (frames, 1, 1)),
+        [],
+        {},
+    )
+    with pytest.raises(ExportError, match=f"holds {frames} frames, and a page plays {MOST_FRAMES} at most"):
+        page(long)
+
+
+def test_two_recordings_go_into_a_page_only(attempt, tmp_path, capsys):
+    for name in ("a.npz", "b.npz"):
+        attempt.save(tmp_path / name)
+    files = [str(tmp_path / name) for name in ("a.npz", "b.npz")]
+    assert cli.main(["export", *files, str(tmp_path / "pair.html"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["beside"] == files[1]
+    assert 'class="pair"' in (tmp_path / "pair.html").read_text(encoding="utf-8")
+    for arguments in ([*files, str(tmp_path / "pair.png")], [*files, files[0], str(tmp_path / "pair.html")]):
+        assert cli.main(["export", *arguments]) == 2
+        assert "a page (.html) shows one or two" in capsys.readouterr().err
+    with pytest.raises(ExportError, match="stand side by side on a page only"):
+        write(attempt, tmp_path / "pair.gif", beside=attempt)
