@@ -174,7 +174,7 @@ class _Loop:
         self._frames = FrameFeed(attempt.simulation, on_frame) if on_frame else None
         self._ticks: list[float] = []
         self._next_progress = 0.0
-        self._target = Setpoint(Reference(attempt.plan.start), attempt.plan.closure)
+        self._setpoint = Setpoint(Reference(attempt.plan.start), attempt.plan.closure)
         self._zero = np.zeros(6)
         self._overload = ""
         self._begun = 0.0
@@ -245,7 +245,7 @@ class _Loop:
         """Hold the start pose until fingers, friction and the sensor's filter have come to rest, then tare."""
         attempt, simulation = self._attempt, self._attempt.simulation
         self._torque = attempt.arm.update(simulation.observe().q, np.zeros(attempt.arm.nv)).h
-        simulation.apply(self._torque, self._target.closure)
+        simulation.apply(self._torque, self._setpoint.closure)
         for _ in range(round(STAND_STILL / attempt.period)):
             simulation.step()
             self._watchdog.check(simulation.data)
@@ -253,54 +253,54 @@ class _Loop:
             state = attempt.arm.update(observation.q, observation.v)
             # Nothing touches the hand, and a reading before the tare holds the sensor's offset.
             unloaded = Observation(observation.time, observation.q, observation.v)
-            self._torque = attempt.control(unloaded, self._target, state).command.torque
-            simulation.apply(self._torque, self._target.closure)
+            self._torque = attempt.control(unloaded, self._setpoint, state).command.torque
+            simulation.apply(self._torque, self._setpoint.closure)
         self._overload = observation.saturated
         simulation.tare()
 
     def _run_primitive(self, primitive: Primitive) -> Outcome:
         attempt, simulation, arm = self._attempt, self._attempt.simulation, self._attempt.arm
-        phase: ActivePrimitive | None = None
+        active: ActivePrimitive | None = None
         travel = peak = 0.0
         lasting = ""
         while True:
             observation = simulation.observe()
             tick = time.perf_counter()
             state = arm.update(observation.q, observation.v)
-            sensed = PrimitiveInput(observation.time, state.pose, observation.wrench)
-            if phase is None:
-                phase, begun, last = primitive.begin(sensed, self._target), sensed, sensed
-                self._zero = sensed.wrench if primitive.tares else self._zero
-            travel += math.dist(sensed.pose.translation, last.pose.translation)
-            last = sensed
-            peak = max(peak, phase.force(sensed))
-            ending = phase.ending(sensed)
+            inputs = PrimitiveInput(observation.time, state.pose, observation.wrench)
+            if active is None:
+                active, begun, last = primitive.begin(inputs, self._setpoint), inputs, inputs
+                self._zero = inputs.wrench if primitive.tares else self._zero
+            travel += math.dist(inputs.pose.translation, last.pose.translation)
+            last = inputs
+            peak = max(peak, active.force(inputs))
+            ending = active.ending(inputs)
             overload = self._overload or observation.saturated
             if overload and not self._withdrawing:
                 # A reading held at the sensor's range is no event, whatever it crossed on its way there.
                 ending = Ending(f"wrist sensor saturated: {overload}", failed=True)
-            late = sensed.time - self._begun > TIME_LIMIT and not self._withdrawing
+            late = inputs.time - self._begun > TIME_LIMIT and not self._withdrawing
             if ending is None and (lasting or late):
                 ending = Ending(lasting or f"time limit of {TIME_LIMIT:.0f} s", failed=True)
             if ending is not None:
                 if self._recorder:
                     # What ended the primitive belongs into the curves.
-                    self._recorder.sample(observation, state, self._target, self._torque, self._zero, always=True)
+                    self._recorder.sample(observation, state, self._setpoint, self._torque, self._zero, always=True)
                 if self._frames:
                     self._frames.show(observation.time, primitive.name, always=True)
                 status = "failed" if ending.failed else "ended"
-                return Outcome(primitive.name, status, ending.trigger, begun.time, sensed.time, travel, peak)
-            self._target = phase.target(sensed)
-            output = attempt.control(observation, self._target, state)
+                return Outcome(primitive.name, status, ending.trigger, begun.time, inputs.time, travel, peak)
+            self._setpoint = active.setpoint(inputs)
+            output = attempt.control(observation, self._setpoint, state)
             self._ticks.append(time.perf_counter() - tick)
             self._torque = output.command.torque
             self._limited += bool(output.active_limits)
             self._fallbacks += bool(output.fallback)
             if self._recorder:
-                self._recorder.sample(observation, state, self._target, self._torque, self._zero)
+                self._recorder.sample(observation, state, self._setpoint, self._torque, self._zero)
             if self._frames:
                 self._frames.show(observation.time, primitive.name)
-            simulation.apply(self._torque, self._target.closure)
+            simulation.apply(self._torque, self._setpoint.closure)
             simulation.step()
             self._watchdog.check(simulation.data)
             if not self._withdrawing:

@@ -61,7 +61,7 @@ class Recorder:
         self,
         observation: Observation,
         state: ArmState,
-        target: Setpoint,
+        setpoint: Setpoint,
         torque: Array,
         zero: Array,
         *,
@@ -76,7 +76,7 @@ class Recorder:
         if not due and (not always or self._rows[-1]["time"] >= observation.time):
             return
         self._next_row = _after(observation.time, SIGNAL_PERIOD)
-        reference = target.reference.pose
+        reference = setpoint.reference.pose
         relative = observation.wrench[:3] - zero[:3]
         turn = reference.rotation @ state.pose.rotation.T
         self._rows.append(
@@ -89,7 +89,7 @@ class Recorder:
                 "torque_ratio": np.abs(torque) / self._torque_limit,
                 "tracking_error": np.linalg.norm(reference.translation - state.pose.translation),
                 "orientation_error": np.arccos(np.clip(0.5 * (np.trace(turn) - 1.0), -1.0, 1.0)),
-                "closure": target.closure,
+                "closure": setpoint.closure,
                 "q": observation.q,
                 "v": observation.v,
                 "tool_position": self._in_scene(state.pose.translation),

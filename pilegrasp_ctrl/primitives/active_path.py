@@ -18,7 +18,7 @@ class ActivePath:
     """A primitive under way along straight lines.
 
     Attributes:
-        start: what was sensed when it began.
+        start: what was inputs when it began.
         path: of the tool.
         closure: of the hand.
         desired_force: (6,) that the hand should exert on the environment [N, N·m].
@@ -29,19 +29,19 @@ class ActivePath:
     closure: float
     desired_force: Array
 
-    def elapsed(self, sensed: PrimitiveInput) -> float:
+    def elapsed(self, inputs: PrimitiveInput) -> float:
         """Return the time since the primitive began [s]."""
-        return sensed.time - self.start.time
+        return inputs.time - self.start.time
 
-    def change(self, sensed: PrimitiveInput) -> Array:
+    def change(self, inputs: PrimitiveInput) -> Array:
         """Return how the force on the hand (3,) has changed since the primitive began [N]."""
-        return sensed.wrench[:3] - self.start.wrench[:3]
+        return inputs.wrench[:3] - self.start.wrench[:3]
 
-    def target(self, sensed: PrimitiveInput) -> Setpoint:
+    def setpoint(self, inputs: PrimitiveInput) -> Setpoint:
         """Return the point on the path."""
-        return Setpoint(self.path.at(self.elapsed(sensed)), self.closure, self.desired_force)
+        return Setpoint(self.path.at(self.elapsed(inputs)), self.closure, self.desired_force)
 
-    def force(self, sensed: PrimitiveInput) -> float:
+    def force(self, inputs: PrimitiveInput) -> float:
         """Return the size of the change of force [N]."""
-        change = self.change(sensed)
+        change = self.change(inputs)
         return sqrt(change.dot(change))

@@ -39,12 +39,12 @@ class Approach:
     name: str = "approach"
     tares: ClassVar[bool] = True
 
-    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActiveApproach:
+    def begin(self, inputs: PrimitiveInput, last: Setpoint) -> ActiveApproach:
         """Start from the last reference pose."""
         start = last.reference.pose
         across = StraightLine(start, self.pre_grasp.translation - start.translation, self.speed)
         down = StraightLine(across.end, np.array([0.0, 0.0, -(self.height + SEARCH_DEPTH)]), self.touch_speed)
-        return ActiveApproach(sensed, LineChain((across, down)), self.closure, NO_FORCE, self)
+        return ActiveApproach(inputs, LineChain((across, down)), self.closure, NO_FORCE, self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,17 +53,17 @@ class ActiveApproach(ActivePath):
 
     plan: Approach
 
-    def force(self, sensed: PrimitiveInput) -> float:
+    def force(self, inputs: PrimitiveInput) -> float:
         """Return the surface's normal force."""
-        return float(self.change(sensed)[2])
+        return float(self.change(inputs)[2])
 
-    def ending(self, sensed: PrimitiveInput) -> Ending | None:
+    def ending(self, inputs: PrimitiveInput) -> Ending | None:
         """End at the surface; a contact before the descent is a collision."""
-        elapsed = self.elapsed(sensed)
+        elapsed = self.elapsed(inputs)
         if elapsed < self.path.lines[0].duration:
-            blow = np.linalg.norm(self.change(sensed))
+            blow = np.linalg.norm(self.change(inputs))
             return Ending("collision in free space", failed=True) if blow > 5.0 * self.plan.touch_force else None
-        if self.force(sensed) > self.plan.touch_force:
+        if self.force(inputs) > self.plan.touch_force:
             return Ending("surface contact")
         if elapsed > self.path.duration + OVERTIME:
             return Ending("travel limit: no surface", failed=True)

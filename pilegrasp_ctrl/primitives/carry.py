@@ -39,31 +39,31 @@ class Carry:
     name: str = "carry"
     tares: ClassVar[bool] = True
 
-    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActiveCarry:
+    def begin(self, inputs: PrimitiveInput, last: Setpoint) -> ActiveCarry:
         """Start from the last reference pose; where that is low, rise from where the hand is."""
         here = last.reference.pose
         lines: tuple[StraightLine, ...] = ()
         rise = float(self.pose.translation[2] - here.translation[2])
         if rise > BACK:
             level = here.rotation[:, 0] * np.array([1.0, 1.0, 0.0])
-            away = sensed.pose.translation - here.translation - BACK * level / np.linalg.norm(level)
+            away = inputs.pose.translation - here.translation - BACK * level / np.linalg.norm(level)
             lines = (StraightLine(here, np.array([away[0], away[1], rise]), self.speed),)
             here = lines[0].end
         turn = pin.log3(self.pose.rotation @ here.rotation.T)
         way = self.pose.translation - here.translation
         lines += (StraightLine(here, way, self.speed, rotation=turn, angular_speed=ANGULAR_SPEED),)
-        return ActiveCarry(sensed, LineChain(lines), self.closure, NO_FORCE)
+        return ActiveCarry(inputs, LineChain(lines), self.closure, NO_FORCE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActiveCarry(ActivePath):
     """A carry under way."""
 
-    def ending(self, sensed: PrimitiveInput) -> Ending | None:
+    def ending(self, inputs: PrimitiveInput) -> Ending | None:
         """End when the way and the rest after it are over, if the tool got there."""
-        if self.elapsed(sensed) < self.path.duration + REST_TIME:
+        if self.elapsed(inputs) < self.path.duration + REST_TIME:
             return None
-        away = math.dist(sensed.pose.translation, self.path.lines[-1].end.translation)
+        away = math.dist(inputs.pose.translation, self.path.lines[-1].end.translation)
         if away > TOLERANCE:
             return Ending(f"ended {1000 * away:.0f} mm away from its goal", failed=True)
         return Ending("arrived")

@@ -34,9 +34,9 @@ class Grasp:
     name: str = "grasp"
     tares: ClassVar[bool] = False
 
-    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActiveGrasp:
+    def begin(self, inputs: PrimitiveInput, last: Setpoint) -> ActiveGrasp:
         """Start from the last reference pose, at F_grasp."""
-        return ActiveGrasp(self, sensed, last.reference.pose)
+        return ActiveGrasp(self, inputs, last.reference.pose)
 
 
 @dataclass(slots=True, eq=False)
@@ -49,26 +49,26 @@ class ActiveGrasp:
     _advanced: float = 0.0
     _time: float | None = None
 
-    def target(self, sensed: PrimitiveInput) -> Setpoint:
+    def setpoint(self, inputs: PrimitiveInput) -> Setpoint:
         """Advance by the time that has passed since the last call, the hand closed."""
         plan = self.plan
-        speed = plan.speed * float(np.clip(1.0 - self.pressure(sensed) / plan.grasp_force, -1.0, 1.0))
-        wanted = self._advanced + speed * (sensed.time - (self.start.time if self._time is None else self._time))
-        self._time = sensed.time
+        speed = plan.speed * float(np.clip(1.0 - self.pressure(inputs) / plan.grasp_force, -1.0, 1.0))
+        wanted = self._advanced + speed * (inputs.time - (self.start.time if self._time is None else self._time))
+        self._time = inputs.time
         self._advanced = float(np.clip(wanted, -plan.advance, plan.advance))
         moving = self._advanced == wanted
         twist = np.concatenate([moving * speed * plan.direction, np.zeros(3)])
         return Setpoint(Reference(self.here.moved(self._advanced * plan.direction), twist), 1.0)
 
-    def pressure(self, sensed: PrimitiveInput) -> float:
+    def pressure(self, inputs: PrimitiveInput) -> float:
         """Return the force against the push [N]; it was F_grasp when the grasp began."""
-        change = self.plan.direction @ (sensed.wrench[:3] - self.start.wrench[:3])
+        change = self.plan.direction @ (inputs.wrench[:3] - self.start.wrench[:3])
         return self.plan.grasp_force - float(change)
 
-    def force(self, sensed: PrimitiveInput) -> float:
+    def force(self, inputs: PrimitiveInput) -> float:
         """Return how much the force on the hand has changed."""
-        return float(np.linalg.norm(sensed.wrench[:3] - self.start.wrench[:3]))
+        return float(np.linalg.norm(inputs.wrench[:3] - self.start.wrench[:3]))
 
-    def ending(self, sensed: PrimitiveInput) -> Ending | None:
+    def ending(self, inputs: PrimitiveInput) -> Ending | None:
         """End when the closing has had its time; the hand has no sensor that could tell more."""
-        return Ending("closed") if sensed.time - self.start.time >= self.plan.duration else None
+        return Ending("closed") if inputs.time - self.start.time >= self.plan.duration else None

@@ -35,17 +35,17 @@ class Lift:
     name: str = "lift"
     tares: ClassVar[bool] = False
 
-    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActiveLift:
+    def begin(self, inputs: PrimitiveInput, last: Setpoint) -> ActiveLift:
         """Start from the last reference pose."""
         start = last.reference.pose
         if self.back is None:
             lines: tuple[StraightLine, ...] = (StraightLine(start, self.height * UP, self.speed),)
         else:
-            way = (sensed.pose.translation - start.translation + self.back) * (1.0 - UP)
+            way = (inputs.pose.translation - start.translation + self.back) * (1.0 - UP)
             rise = min(float(np.linalg.norm(way)), self.height)
             away = StraightLine(start, way + rise * UP, self.speed)
             lines = (away, StraightLine(away.end, (self.height - rise) * UP, self.speed))
-        return ActiveLift(sensed, LineChain(lines), last.closure, NO_FORCE, self)
+        return ActiveLift(inputs, LineChain(lines), last.closure, NO_FORCE, self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,13 +54,13 @@ class ActiveLift(ActivePath):
 
     plan: Lift
 
-    def force(self, sensed: PrimitiveInput) -> float:
+    def force(self, inputs: PrimitiveInput) -> float:
         """Return the weight that the hand has taken on."""
-        return float(-self.change(sensed)[2])
+        return float(-self.change(inputs)[2])
 
-    def ending(self, sensed: PrimitiveInput) -> Ending | None:
+    def ending(self, inputs: PrimitiveInput) -> Ending | None:
         """End when the hand has been held up long enough, if it got there."""
-        if self.elapsed(sensed) < self.path.duration + self.plan.hold:
+        if self.elapsed(inputs) < self.path.duration + self.plan.hold:
             return None
-        short = self.path.lines[-1].end.translation[2] - sensed.pose.translation[2]
+        short = self.path.lines[-1].end.translation[2] - inputs.pose.translation[2]
         return Ending("lifted") if short < 0.05 else Ending(f"the lift ended {1000 * short:.0f} mm short", failed=True)

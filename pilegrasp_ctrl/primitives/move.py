@@ -34,21 +34,21 @@ class Move:
     name: str = "line"
     tares: ClassVar[bool] = True
 
-    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActiveMove:
+    def begin(self, inputs: PrimitiveInput, last: Setpoint) -> ActiveMove:
         """Start from the last reference pose."""
         line = StraightLine(last.reference.pose, self.displacement, self.speed)
-        return ActiveMove(sensed, LineChain((line,)), self.closure, NO_FORCE)
+        return ActiveMove(inputs, LineChain((line,)), self.closure, NO_FORCE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActiveMove(ActivePath):
     """A line under way."""
 
-    def ending(self, sensed: PrimitiveInput) -> Ending | None:
+    def ending(self, inputs: PrimitiveInput) -> Ending | None:
         """End when the line and the rest after it are over, if the tool got there."""
-        if self.elapsed(sensed) < self.path.duration + SETTLE_TIME:
+        if self.elapsed(inputs) < self.path.duration + SETTLE_TIME:
             return None
-        away = math.dist(sensed.pose.translation, self.path.lines[-1].end.translation)
+        away = math.dist(inputs.pose.translation, self.path.lines[-1].end.translation)
         if away > TOLERANCE:
             return Ending(f"the line ended {1000 * away:.0f} mm away from its end", failed=True)
         return Ending("end of the line")

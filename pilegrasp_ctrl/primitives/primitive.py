@@ -1,4 +1,4 @@
-"""What a primitive is: it begins from what is sensed, gives a target at any time, and ends by an event."""
+"""What a primitive is: it begins from its inputs, gives a setpoint at any time, and ends by an event."""
 
 from __future__ import annotations
 
@@ -52,15 +52,15 @@ class Ending:
 class ActivePrimitive(Protocol):
     """A primitive that has begun."""
 
-    def target(self, sensed: PrimitiveInput) -> Setpoint:
+    def setpoint(self, inputs: PrimitiveInput) -> Setpoint:
         """Return what is asked for now; called once a control period."""
         ...
 
-    def ending(self, sensed: PrimitiveInput) -> Ending | None:
+    def ending(self, inputs: PrimitiveInput) -> Ending | None:
         """Return how the primitive ended, or None while it goes on."""
         ...
 
-    def force(self, sensed: PrimitiveInput) -> float:
+    def force(self, inputs: PrimitiveInput) -> float:
         """Return the force that the primitive watches, relative to its start [N]."""
         ...
 
@@ -76,6 +76,6 @@ class Primitive(Protocol):
         """Name as it appears in outcomes."""
         ...
 
-    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActivePrimitive:
-        """Start at the given instant, continuing from the last target, so that no reference ever jumps."""
+    def begin(self, inputs: PrimitiveInput, last: Setpoint) -> ActivePrimitive:
+        """Start at the given instant, continuing from the last setpoint, so that no reference ever jumps."""
         ...

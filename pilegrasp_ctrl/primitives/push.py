@@ -41,14 +41,14 @@ class Push:
     name: str = "push"
     tares: ClassVar[bool] = True
 
-    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActivePush:
+    def begin(self, inputs: PrimitiveInput, last: Setpoint) -> ActivePush:
         """Start where the hand touches down, wherever the reference has gone meanwhile."""
         reference = last.reference.pose
-        sink = sensed.pose.translation[2] - self.press_depth - reference.translation[2]
+        sink = inputs.pose.translation[2] - self.press_depth - reference.translation[2]
         down = StraightLine(reference, np.array([0.0, 0.0, sink]), SINK_SPEED)
         along = StraightLine(down.end, self.travel * np.asarray(self.direction), self.speed)
         desired_force = np.array([0.0, 0.0, -self.normal_force, 0.0, 0.0, 0.0])
-        return ActivePush(sensed, LineChain((down, along)), self.closure, desired_force, self)
+        return ActivePush(inputs, LineChain((down, along)), self.closure, desired_force, self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,14 +57,14 @@ class ActivePush(ActivePath):
 
     plan: Push
 
-    def force(self, sensed: PrimitiveInput) -> float:
+    def force(self, inputs: PrimitiveInput) -> float:
         """Return the force against the push."""
-        return float(-self.plan.direction.dot(self.change(sensed)))
+        return float(-self.plan.direction.dot(self.change(inputs)))
 
-    def ending(self, sensed: PrimitiveInput) -> Ending | None:
+    def ending(self, inputs: PrimitiveInput) -> Ending | None:
         """End at F_grasp, or where the travel ends."""
-        if self.force(sensed) >= self.plan.grasp_force:
+        if self.force(inputs) >= self.plan.grasp_force:
             return Ending("grasp force")
-        if self.elapsed(sensed) > self.path.duration + OVERTIME:
+        if self.elapsed(inputs) > self.path.duration + OVERTIME:
             return Ending("travel limit: the force along the push never reached F_grasp", failed=True)
         return None

@@ -21,10 +21,10 @@ class Release:
     name: str = "release"
     tares: ClassVar[bool] = True
 
-    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActiveRelease:
+    def begin(self, inputs: PrimitiveInput, last: Setpoint) -> ActiveRelease:
         """Stay at the last reference pose."""
         still = StraightLine(last.reference.pose, np.zeros(3), 1.0)
-        return ActiveRelease(sensed, LineChain((still,)), 0.0, NO_FORCE, self)
+        return ActiveRelease(inputs, LineChain((still,)), 0.0, NO_FORCE, self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,6 +33,6 @@ class ActiveRelease(ActivePath):
 
     plan: Release
 
-    def ending(self, sensed: PrimitiveInput) -> Ending | None:
+    def ending(self, inputs: PrimitiveInput) -> Ending | None:
         """End when the hand has been open long enough; it has no sensor that could tell more."""
-        return Ending("opened") if self.elapsed(sensed) >= self.plan.duration else None
+        return Ending("opened") if self.elapsed(inputs) >= self.plan.duration else None

@@ -35,7 +35,7 @@ class Scoop:
     name: str = "grasp"
     tares: ClassVar[bool] = False
 
-    def begin(self, sensed: PrimitiveInput, last: Setpoint) -> ActiveScoop:
+    def begin(self, inputs: PrimitiveInput, last: Setpoint) -> ActiveScoop:
         """Start from the last reference pose.
 
         The edge goes along the chord of its arc about the heel, which must not be pressed into the support.
@@ -48,13 +48,13 @@ class Scoop:
         displacement = forward * level / np.linalg.norm(level) + np.array([0.0, 0.0, upward])
         turn = -self.angle * here.rotation[:, 1]
         line = StraightLine(here, displacement, 1.0, rotation=turn, angular_speed=ANGULAR_SPEED)
-        return ActiveScoop(sensed, LineChain((line,)), last.closure, NO_FORCE)
+        return ActiveScoop(inputs, LineChain((line,)), last.closure, NO_FORCE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActiveScoop(ActivePath):
     """A scoop under way."""
 
-    def ending(self, sensed: PrimitiveInput) -> Ending | None:
+    def ending(self, inputs: PrimitiveInput) -> Ending | None:
         """End when the tilt is over."""
-        return Ending("tilted back") if self.elapsed(sensed) >= self.path.duration + REST_TIME else None
+        return Ending("tilted back") if self.elapsed(inputs) >= self.path.duration + REST_TIME else None

@@ -49,7 +49,7 @@ class Attempt:
             unless the floor slopes in another way than is known.
         plan: start pose and primitives.
         simulation: at the start posture, the pile settled.
-        control: from observation and target to torque.
+        control: from observation and setpoint to torque.
         period: of the control [s].
         pile: as it settled.
         rims: watches the walls of a bin.
@@ -212,15 +212,15 @@ def _controller_factory(scenario: Scenario, hand: Hand) -> Callable[[ArmModel, A
     def bind(arm: ArmModel, posture: Array) -> Control:
         if isinstance(gains, MotionGains):
             motion = OperationalSpaceController(arm, gains, posture, solver=solver, rate=rate, compiled=compiled)
-            return lambda observation, target, state: motion.step(observation, target.reference, state=state)
+            return lambda observation, setpoint, state: motion.step(observation, setpoint.reference, state=state)
         yielding = ContactImpedanceController.create(arm, gains, posture, solver, rate, free=free, wrench_lag=lag)
 
-        def step(observation: Observation, target: Setpoint, state: ArmState) -> ControllerOutput:
+        def step(observation: Observation, setpoint: Setpoint, state: ArmState) -> ControllerOutput:
             if gains.inertia is not None:
                 # The sensor reads at the flange.
                 wrench = move_wrench(observation.wrench, state.rotation.dot(lever))
                 observation = Observation(observation.time, observation.q, observation.v, wrench)
-            return yielding.step(observation, target.reference, state, target.desired_force)
+            return yielding.step(observation, setpoint.reference, state, setpoint.desired_force)
 
         return step
 

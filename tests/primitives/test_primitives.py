@@ -22,7 +22,7 @@ HERE = Pose([0.6, 0.0, 0.25], tool_rotation(0.0, 0.8))
 HAND = HandUse(0.8, 0.006, 0.0, 0.3, 2.0, 0.04, 0.0, 0.083, np.zeros((0, 4)))
 
 
-def sensed(time, pose=HERE, force=(0.0, 0.0, 0.0)):
+def inputs(time, pose=HERE, force=(0.0, 0.0, 0.0)):
     return PrimitiveInput(time, pose, np.array([*force, 0.0, 0.0, 0.0]))
 
 
@@ -47,91 +47,91 @@ PRIMITIVES = [
 
 @pytest.mark.parametrize("primitive", PRIMITIVES, ids=lambda primitive: primitive.name)
 def test_the_reference_continues_where_the_last_one_was_and_never_jumps(primitive):
-    phase = primitive.begin(sensed(3.0), still())
-    targets = [phase.target(sensed(3.0 + 0.002 * k)) for k in range(3000)]
-    np.testing.assert_allclose(targets[0].reference.pose.translation, HERE.translation, atol=1e-12)
-    np.testing.assert_allclose(targets[0].reference.pose.rotation, HERE.rotation, atol=1e-12)
-    np.testing.assert_allclose(targets[0].reference.twist, 0.0, atol=1e-12)
-    steps = np.diff([target.reference.pose.translation for target in targets], axis=0)
+    active = primitive.begin(inputs(3.0), still())
+    setpoints = [active.setpoint(inputs(3.0 + 0.002 * k)) for k in range(3000)]
+    np.testing.assert_allclose(setpoints[0].reference.pose.translation, HERE.translation, atol=1e-12)
+    np.testing.assert_allclose(setpoints[0].reference.pose.rotation, HERE.rotation, atol=1e-12)
+    np.testing.assert_allclose(setpoints[0].reference.twist, 0.0, atol=1e-12)
+    steps = np.diff([setpoint.reference.pose.translation for setpoint in setpoints], axis=0)
     assert np.abs(steps).max() < 0.002 * 0.5
     assert np.abs(np.diff(steps, axis=0)).max() < 0.002**2 * 2.0
 
 
 def test_approach_ends_at_the_surface_only_on_the_way_down():
-    phase = APPROACH.begin(sensed(0.0, force=(0.0, 0.0, 0.5)), still())
-    down = phase.path.lines[0].duration
-    assert phase.ending(sensed(down + 0.3, force=(0.0, 0.0, 2.2))) is None
-    ending = phase.ending(sensed(down + 0.3, force=(0.0, 0.0, 2.4)))
+    active = APPROACH.begin(inputs(0.0, force=(0.0, 0.0, 0.5)), still())
+    down = active.path.lines[0].duration
+    assert active.ending(inputs(down + 0.3, force=(0.0, 0.0, 2.2))) is None
+    ending = active.ending(inputs(down + 0.3, force=(0.0, 0.0, 2.4)))
     assert (ending.trigger, ending.failed) == ("surface contact", False)
-    assert phase.ending(sensed(0.5 * down, force=(0.0, 0.0, 3.0))) is None
-    assert phase.ending(sensed(0.5 * down, force=(-20.0, 0.0, 0.0))).failed
-    assert phase.ending(sensed(phase.path.duration + 1.0)).failed
+    assert active.ending(inputs(0.5 * down, force=(0.0, 0.0, 3.0))) is None
+    assert active.ending(inputs(0.5 * down, force=(-20.0, 0.0, 0.0))).failed
+    assert active.ending(inputs(active.path.duration + 1.0)).failed
 
 
 def test_push_triggers_on_the_force_along_the_push_relative_to_its_start():
-    phase = PUSH.begin(sensed(1.0, force=(-3.0, 0.0, 4.0)), still())
-    assert phase.force(sensed(2.0, force=(-13.0, 0.0, 4.0))) == pytest.approx(10.0)
-    assert phase.ending(sensed(2.0, force=(-19.9, 0.0, 4.0))) is None
-    assert phase.ending(sensed(2.0, force=(-3.0, 40.0, 40.0))) is None
-    ending = phase.ending(sensed(2.0, force=(-20.0, 0.0, 4.0)))
+    active = PUSH.begin(inputs(1.0, force=(-3.0, 0.0, 4.0)), still())
+    assert active.force(inputs(2.0, force=(-13.0, 0.0, 4.0))) == pytest.approx(10.0)
+    assert active.ending(inputs(2.0, force=(-19.9, 0.0, 4.0))) is None
+    assert active.ending(inputs(2.0, force=(-3.0, 40.0, 40.0))) is None
+    ending = active.ending(inputs(2.0, force=(-20.0, 0.0, 4.0)))
     assert (ending.trigger, ending.failed) == ("grasp force", False)
-    late = phase.ending(sensed(1.0 + phase.path.duration + 0.6))
+    late = active.ending(inputs(1.0 + active.path.duration + 0.6))
     assert late.failed
     assert "never reached" in late.trigger
 
 
 def test_push_slides_below_the_touch_down_and_asks_for_its_normal_force():
     touch = HERE.moved([0.0, 0.0, -0.24])
-    phase = Push(X, 0.1, 17.0, 0.3, 0.006, 5.0, 0.0).begin(sensed(0.0, touch), still(HERE.moved([0.0, 0.0, -0.245])))
-    middle = phase.target(sensed(phase.path.duration - 0.5 * phase.path.lines[1].duration, touch))
+    active = Push(X, 0.1, 17.0, 0.3, 0.006, 5.0, 0.0).begin(inputs(0.0, touch), still(HERE.moved([0.0, 0.0, -0.245])))
+    middle = active.setpoint(inputs(active.path.duration - 0.5 * active.path.lines[1].duration, touch))
     assert middle.reference.pose.translation[2] == pytest.approx(touch.translation[2] - 0.006)
     np.testing.assert_allclose(middle.reference.twist[:3], 0.1 * X, atol=1e-12)
     np.testing.assert_allclose(middle.desired_force[:3], [0.0, 0.0, -5.0])
 
 
 def test_grasp_closes_and_follows_what_gives_way():
-    phase = Grasp(2.0, X, 0.1, 17.0, 0.03).begin(sensed(1.0, force=(-20.0, 0.0, 0.0)), still())
-    held = phase.target(sensed(1.0, force=(-20.0, 0.0, 0.0)))
+    active = Grasp(2.0, X, 0.1, 17.0, 0.03).begin(inputs(1.0, force=(-20.0, 0.0, 0.0)), still())
+    held = active.setpoint(inputs(1.0, force=(-20.0, 0.0, 0.0)))
     assert held.closure == 1.0
     np.testing.assert_allclose(held.reference.twist, 0.0, atol=1e-12)
-    half = phase.target(sensed(1.1, force=(-11.5, 0.0, 0.0)))
+    half = active.setpoint(inputs(1.1, force=(-11.5, 0.0, 0.0)))
     np.testing.assert_allclose(half.reference.twist[:3], 0.05 * X)
     np.testing.assert_allclose(half.reference.pose.translation, HERE.translation + 0.005 * X)
-    far = phase.target(sensed(2.1, force=(-3.0, 0.0, 0.0)))
+    far = active.setpoint(inputs(2.1, force=(-3.0, 0.0, 0.0)))
     np.testing.assert_allclose(far.reference.pose.translation, HERE.translation + 0.03 * X)
-    back = phase.target(sensed(2.2, force=(-37.0, 0.0, 0.0)))
+    back = active.setpoint(inputs(2.2, force=(-37.0, 0.0, 0.0)))
     np.testing.assert_allclose(back.reference.pose.translation, HERE.translation + 0.02 * X)
-    assert phase.ending(sensed(2.9)) is None
-    assert phase.ending(sensed(3.0)).trigger == "closed"
+    assert active.ending(inputs(2.9)) is None
+    assert active.ending(inputs(3.0)).trigger == "closed"
 
 
 def test_scoop_tilts_about_its_heel_which_is_not_pressed_into_the_table():
     slope, angle, length = 0.17, 0.8, 0.11
     edge = Pose([0.9, 0.0, 0.0], tool_rotation(0.0, slope))
-    phase = Scoop(angle, length, slope).begin(sensed(0.0, edge), still(edge))
+    active = Scoop(angle, length, slope).begin(inputs(0.0, edge), still(edge))
     heel = [0.9, 0.0, 0.0] - length * edge.rotation[:, 0]
-    for time in np.linspace(0.0, phase.path.duration, 20):
-        pose = phase.target(sensed(time)).reference.pose
+    for time in np.linspace(0.0, active.path.duration, 20):
+        pose = active.setpoint(inputs(time)).reference.pose
         assert (pose.translation - length * pose.rotation[:, 0])[2] > heel[2] - 0.012
-    end = phase.path.lines[-1].end
+    end = active.path.lines[-1].end
     np.testing.assert_allclose(end.rotation, tool_rotation(0.0, slope - angle), atol=1e-9)
     np.testing.assert_allclose(end.translation - length * end.rotation[:, 0], heel, atol=1e-9)
 
 
 def test_lift_leaves_the_support_before_it_rises():
     pressed = HERE.moved(0.05 * X)
-    phase = Lift(0.2, 0.12, 1.0, back=-0.06 * X).begin(sensed(0.0), still(pressed))
-    away, up = (phase.path.lines[k].displacement for k in (0, 1))
+    active = Lift(0.2, 0.12, 1.0, back=-0.06 * X).begin(inputs(0.0), still(pressed))
+    away, up = (active.path.lines[k].displacement for k in (0, 1))
     np.testing.assert_allclose(away, [-0.11, 0.0, 0.11], atol=1e-12)
     np.testing.assert_allclose(up, [0.0, 0.0, 0.09], atol=1e-12)
 
 
 def test_lift_must_arrive():
-    phase = Lift(0.2, 0.12, 1.0).begin(sensed(0.0), still())
-    over = phase.path.duration + 1.01
-    assert phase.ending(sensed(over - 0.1, HERE.moved([0, 0, 0.2]))) is None
-    assert phase.ending(sensed(over, HERE.moved([0, 0, 0.2]))).trigger == "lifted"
-    assert phase.ending(sensed(over, HERE)).failed
+    active = Lift(0.2, 0.12, 1.0).begin(inputs(0.0), still())
+    over = active.path.duration + 1.01
+    assert active.ending(inputs(over - 0.1, HERE.moved([0, 0, 0.2]))) is None
+    assert active.ending(inputs(over, HERE.moved([0, 0, 0.2]))).trigger == "lifted"
+    assert active.ending(inputs(over, HERE)).failed
 
 
 def test_strategy_places_the_hand_behind_the_pile_and_turns_with_alpha_and_beta():

@@ -202,38 +202,38 @@ def test_the_orders_crate_stands_beside_the_bin():
     assert delivery_pose(0.9).translation[2] > BIN_INNER[2] + 0.05
 
 
-def sensed(pose, time=0.0):
+def inputs(pose, time=0.0):
     return PrimitiveInput(time, pose, np.zeros(6))
 
 
 def test_carry_rises_before_it_crosses_and_arrives_turned():
     low = Pose([0.9, 0.0, 0.01], tool_rotation(0.0, 0.9))
-    phase = Carry(delivery_pose(0.9), 0.25, 1.0).begin(
-        sensed(low.moved([-0.02, 0.0, 0.0])), Setpoint(Reference(low), 1.0)
+    active = Carry(delivery_pose(0.9), 0.25, 1.0).begin(
+        inputs(low.moved([-0.02, 0.0, 0.0])), Setpoint(Reference(low), 1.0)
     )
-    times = np.linspace(0.0, phase.path.duration, 400)
-    way = np.array([phase.path.at(time).pose.translation for time in times])
+    times = np.linspace(0.0, active.path.duration, 400)
+    way = np.array([active.path.at(time).pose.translation for time in times])
     across = np.abs(way[:, 1]) > 1e-6
     assert way[across, 2].min() > 0.22 - 1e-9
     # It backs off from where the hand is, not from where the reference has gone.
     assert way[~across, 0].min() == pytest.approx(0.9 - 0.02 - BACK, abs=1e-6)
-    end = phase.path.at(phase.path.duration).pose
+    end = active.path.at(active.path.duration).pose
     np.testing.assert_allclose(end.rotation, delivery_pose(0.9).rotation, atol=1e-9)
     np.testing.assert_allclose(end.translation, delivery_pose(0.9).translation, atol=1e-9)
-    late = phase.path.duration + 1.0
-    assert phase.ending(sensed(end, late)).trigger == "arrived"
-    assert phase.ending(sensed(end.moved([0.0, 0.1, 0.0]), late)).failed
-    assert phase.ending(sensed(end, 0.5)) is None
+    late = active.path.duration + 1.0
+    assert active.ending(inputs(end, late)).trigger == "arrived"
+    assert active.ending(inputs(end.moved([0.0, 0.1, 0.0]), late)).failed
+    assert active.ending(inputs(end, 0.5)) is None
 
 
 def test_release_opens_and_stays():
     here = delivery_pose(0.9)
-    phase = Release(1.0).begin(sensed(here), Setpoint(Reference(here), 1.0))
-    target = phase.target(sensed(here, 0.4))
-    assert target.closure == 0.0
-    np.testing.assert_array_equal(target.reference.pose.translation, here.translation)
-    assert phase.ending(sensed(here, 0.9)) is None
-    assert phase.ending(sensed(here, 1.0)).trigger == "opened"
+    active = Release(1.0).begin(inputs(here), Setpoint(Reference(here), 1.0))
+    setpoint = active.setpoint(inputs(here, 0.4))
+    assert setpoint.closure == 0.0
+    np.testing.assert_array_equal(setpoint.reference.pose.translation, here.translation)
+    assert active.ending(inputs(here, 0.9)) is None
+    assert active.ending(inputs(here, 1.0)).trigger == "opened"
 
 
 @pytest.mark.parametrize(

@@ -230,10 +230,10 @@ def readings_in_motion(request):
     path = StraightLine(plan.start, np.array([0.0, 0.3, 0.0]), 0.1)
     hand, readings, speeds = simulation.scene.model.body("sensor").id, [], []
 
-    def tick(target):
+    def tick(setpoint):
         observation = simulation.observe()
         state = arm.update(observation.q, observation.v)
-        simulation.apply(attempt.control(observation, target, state).command.torque, plan.closure)
+        simulation.apply(attempt.control(observation, setpoint, state).command.torque, plan.closure)
         simulation.step()
         return observation, state
 

@@ -103,8 +103,8 @@ def test_the_arm_is_where_it_thinks_but_for_the_floor(attempt):
 def test_a_kilogram_reads_along_the_gravity_that_the_arm_knows(attempt):
     simulation, arm = attempt.simulation, attempt.arm
     model = simulation.scene.model
-    target = Setpoint(Reference(attempt.plan.start), attempt.plan.closure)
-    simulation.apply(arm.update(simulation.observe().q, np.zeros(7)).h, target.closure)
+    setpoint = Setpoint(Reference(attempt.plan.start), attempt.plan.closure)
+    simulation.apply(arm.update(simulation.observe().q, np.zeros(7)).h, setpoint.closure)
     for period in range(1250):
         if period == 500:
             unloaded = simulation.observe().wrench.copy()
@@ -112,7 +112,7 @@ def test_a_kilogram_reads_along_the_gravity_that_the_arm_knows(attempt):
         simulation.step()
         observation = simulation.observe()
         state = arm.update(observation.q, observation.v)
-        simulation.apply(attempt.control(observation, target, state).command.torque, target.closure)
+        simulation.apply(attempt.control(observation, setpoint, state).command.torque, setpoint.closure)
     assert np.linalg.norm(unloaded[:3]) < 0.05
     np.testing.assert_allclose(observation.wrench[:3], arm.pinocchio_model.gravity.linear, atol=0.01 * G)
 

@@ -140,13 +140,13 @@ def test_at_another_slope_the_arm_carries_another_torque():
 def hold(attempt, periods):
     """Let the controller hold the start pose; return what is seen at the end."""
     simulation, arm = attempt.simulation, attempt.arm
-    target = Setpoint(Reference(attempt.plan.start), attempt.plan.closure)
-    simulation.apply(arm.update(simulation.observe().q, np.zeros(7)).h, target.closure)
+    setpoint = Setpoint(Reference(attempt.plan.start), attempt.plan.closure)
+    simulation.apply(arm.update(simulation.observe().q, np.zeros(7)).h, setpoint.closure)
     for _ in range(periods):
         simulation.step()
         observation = simulation.observe()
         state = arm.update(observation.q, observation.v)
-        simulation.apply(attempt.control(observation, target, state).command.torque, target.closure)
+        simulation.apply(attempt.control(observation, setpoint, state).command.torque, setpoint.closure)
     return observation, state
 
 
