@@ -5,6 +5,10 @@ class PilegraspError(Exception):
     """Base of every error that the library raises on purpose; its text is one sentence for the user."""
 
 
+class ArgumentError(PilegraspError, ValueError):
+    """A Python argument with a wrong shape, a value that is not finite, or a value out of range."""
+
+
 class ConfigurationError(PilegraspError):
     """A scenario, key or value that cannot be used."""
 
