@@ -1,12 +1,18 @@
 """Models of arms and hands: one folder each, with URDF, MJCF, and `robot.toml` for every number and its source."""
 
 import tomllib
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any
 
 from pilegrasp_ctrl.exceptions import ModelError
 
 _ROOT = Path(__file__).resolve().parent
+
+PANDA_FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
+"""Joints of the Panda's gripper in its URDF; lock them to get the arm with seven joints."""
+
+_PANDA_URDF = "urdf/panda.urdf"
 
 
 def path(*parts: str) -> Path:
@@ -45,6 +51,22 @@ def names() -> list[str]:
 def hands() -> list[str]:
     """Return the names of the hands, such as "hands/shovel"."""
     return [f"hands/{name}" for name in _described(_ROOT / "hands")]
+
+
+def panda_urdf() -> Path:
+    """Return the Panda's URDF from example-robot-data, a package that holds data and no Python module.
+
+    Raises:
+        ModelError: The package is not installed, or it holds no such file.
+    """
+    try:
+        package = distribution("example-robot-data")
+    except PackageNotFoundError:
+        raise ModelError("the Panda needs the package example-robot-data; pip install example-robot-data") from None
+    found = [file for file in package.files or () if str(file).endswith(_PANDA_URDF)]
+    if not found:
+        raise ModelError(f"example-robot-data has no file {_PANDA_URDF}; pip install 'example-robot-data>=6'")
+    return Path(str(package.locate_file(found[0])))
 
 
 def _described(folder: Path) -> list[str]:

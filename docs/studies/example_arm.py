@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from functools import cache
-from importlib.metadata import PackageNotFoundError, distribution
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from pilegrasp_ctrl.arm.model import ArmModel
-from pilegrasp_ctrl.exceptions import ConfigurationError, ModelError
+from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.plant.sensor_noise import SensorNoise
-from pilegrasp_ctrl.robots import description
+from pilegrasp_ctrl.robots import PANDA_FINGERS, description, panda_urdf
 from pilegrasp_ctrl.types import Array
 
 HOME = {
@@ -20,9 +18,6 @@ HOME = {
     "wam7": np.array([0.26, 0.82, -0.01, 1.68, -0.87, 0.81, -1.03]),
 }
 """Where each arm starts [rad]: away from limits and singular postures; chosen, the WAM's near a pile's pre-grasp."""
-
-_PANDA_URDF = "urdf/panda.urdf"
-_PANDA_FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
 
 
 class ExampleArm(NamedTuple):
@@ -55,21 +50,5 @@ def example_arm(name: str) -> ExampleArm:
     noise = SensorNoise.of_encoders(description("wam7")["transmission"]["joint_to_motor"])
     if name == "wam7":
         return ExampleArm(ArmModel.load("wam7"), HOME[name], noise)
-    panda = ArmModel.from_urdf(panda_urdf(), "panda_hand_tcp", locked_joints=_PANDA_FINGERS, name="panda")
+    panda = ArmModel.from_urdf(panda_urdf(), "panda_hand_tcp", locked_joints=PANDA_FINGERS, name="panda")
     return ExampleArm(panda, HOME[name], noise)
-
-
-def panda_urdf() -> Path:
-    """Return the Panda's URDF from example-robot-data, which is data without a Python module.
-
-    Raises:
-        ModelError: where the package is not installed, or holds no such file.
-    """
-    try:
-        package = distribution("example-robot-data")
-    except PackageNotFoundError:
-        raise ModelError("the Panda needs the package example-robot-data; install it with pip") from None
-    files = [file for file in package.files or () if str(file).endswith(_PANDA_URDF)]
-    if not files:
-        raise ModelError(f"the installed example-robot-data holds no {_PANDA_URDF}; install version 6 or later")
-    return Path(str(package.locate_file(files[0])))

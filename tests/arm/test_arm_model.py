@@ -2,9 +2,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from arms import ARMS, HOME, load, panda_urdf, random_states
+from arms import ARMS, HOME, load, random_states
 from pilegrasp_ctrl.arm.model import ArmModel
 from pilegrasp_ctrl.exceptions import ModelError
+from pilegrasp_ctrl.robots import panda_urdf
 from pilegrasp_ctrl.types import MassProperties, Pose
 
 BASE = Pose([0.3, -0.2, 0.5], pin.rpy.rpyToMatrix(0.1, -0.2, 0.3))

@@ -2,7 +2,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from arms import ARMS, HOME, load, panda_urdf, random_states, simulate, without_friction
+from arms import ARMS, HOME, load, random_states, simulate, without_friction
 from khatib import least_squares_torque, operational_space_torque
 from pilegrasp_ctrl.arm.model import ArmModel
 from pilegrasp_ctrl.control import inverse_dynamics
@@ -10,6 +10,7 @@ from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
 from pilegrasp_ctrl.exceptions import ConfigurationError, ModelError
 from pilegrasp_ctrl.plant.arm_simulation import ArmSimulation
 from pilegrasp_ctrl.plant.tracking import simulate_tracking
+from pilegrasp_ctrl.robots import panda_urdf
 from pilegrasp_ctrl.tasks.frame_motion_task import FrameMotionTask
 from pilegrasp_ctrl.tasks.frame_task import pose_error
 from pilegrasp_ctrl.tasks.gains import Impedance, MotionGains

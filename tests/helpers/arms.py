@@ -4,9 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from example_arm import HOME, panda_urdf
+from example_arm import HOME
 from pilegrasp_ctrl.arm.model import ArmModel
 from pilegrasp_ctrl.plant.arm_simulation import ArmSimulation
+from pilegrasp_ctrl.robots import PANDA_FINGERS, panda_urdf
 from pilegrasp_ctrl.types import MassProperties, Observation
 
 ARMS = tuple(HOME)
@@ -17,8 +18,7 @@ def load(name: str, **arguments) -> ArmModel:
         return ArmModel.load(
             "wam7", **{"tool_frame" if k == "transform_tool_to_frame" else k: v for k, v in arguments.items()}
         )
-    fingers = ["panda_finger_joint1", "panda_finger_joint2"]
-    return ArmModel.from_urdf(panda_urdf(), "panda_hand_tcp", locked_joints=fingers, **arguments)
+    return ArmModel.from_urdf(panda_urdf(), "panda_hand_tcp", locked_joints=PANDA_FINGERS, **arguments)
 
 
 def without_friction(name: str, tool=None, **changes) -> ArmModel:

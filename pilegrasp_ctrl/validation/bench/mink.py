@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 import mink
 import mujoco
 
-from ...robots import path
-from .motion import PANDA_FINGERS, RATE, RecordedLine, panda_urdf
+from ...robots import PANDA_FINGERS, panda_urdf, path
+from .motion import RATE, RecordedLine
 
 
 def mink_tick(line: RecordedLine) -> Callable[[int], object]:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ...arm.model import ArmModel
 from ...control.operational_space import OperationalSpaceController
-from ...exceptions import ModelError
 from ...plant.arm_simulation import ArmSimulation
+from ...robots import PANDA_FINGERS, panda_urdf
 from ...trajectories.straight_line import StraightLine
 from ...types import Array, Observation, Reference, frozen_array
 
@@ -51,8 +49,6 @@ class BenchArm(NamedTuple):
             return ArmModel.load("wam7")
         return ArmModel.from_urdf(panda_urdf(), self.frame, locked_joints=PANDA_FINGERS, name="panda")
 
-
-PANDA_FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
 
 # The WAM holds its hand over a pile in front of it, the Panda is near its maker's ready pose; in neither is an axis
 # aligned with the world.
@@ -112,19 +108,3 @@ def tighten(line: RecordedLine) -> ArmModel:
         joint_to_motor=arm.joint_to_motor,
         motor_torque_limit=arm.motor_torque_limit,
     )
-
-
-def panda_urdf() -> Path:
-    """Return the Panda's URDF from example-robot-data, which since release 6 is data without a Python module.
-
-    Raises:
-        ModelError: where the package is not installed or has no such file.
-    """
-    try:
-        package = importlib.metadata.distribution("example-robot-data")
-    except importlib.metadata.PackageNotFoundError:
-        raise ModelError("the Panda's model is not installed; pip install example-robot-data") from None
-    found = [file for file in package.files or () if str(file).endswith("urdf/panda.urdf")]
-    if not found:
-        raise ModelError("example-robot-data has no file urdf/panda.urdf; pip install 'example-robot-data>=6'")
-    return Path(str(package.locate_file(found[0])))
