@@ -21,8 +21,8 @@ from .application import app
 from .options import DebugOption, JsonOption, make_console, make_progress, print_json
 
 if TYPE_CHECKING:
-    from ..study.attempt_row import AttemptRow
-    from ..study.progress import StudyProgress
+    from ..study.attempt import AttemptRow
+    from ..study.run import StudyProgress
     from ..study.summary import SummaryRow
 
 JobsOption = Annotated[

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
 from .. import __version__
 from ..config import Scenario
@@ -67,6 +69,21 @@ def compare(known: Mapping[str, str], asked: Mapping[str, str], where: str, reme
             else:
                 reason = f"{name} is {known[name]} for {where}, and {identity} here"
             raise ConfigurationError(f"{reason}; {remedy}")
+
+
+def difference(known: Mapping[str, Any], asked: Mapping[str, Any], prefix: str = "") -> str:
+    """Name the first key in which two configurations differ, and both values."""
+    for key in [*known, *(key for key in asked if key not in known)]:
+        old, new = known.get(key), asked.get(key)
+        if old != new:
+            if isinstance(old, dict) and isinstance(new, dict):
+                return difference(old, new, f"{prefix}{key}.")
+            return f"{prefix}{key} = {_shown(old)} there, and {_shown(new)} is asked for"
+    return "it was made by another version of this program"
+
+
+def _shown(value: Any) -> str:
+    return "absent" if value is None else f"{json.dumps(value, ensure_ascii=False):.80}"
 
 
 _checked: set[tuple[str, str | None, str]] = set()

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -14,11 +15,49 @@ from .condition import Condition
 from .dispatch import Pool, dispatch
 from .folder_lock import locked
 from .origins import origins_of
-from .progress import Progress, StudyProgress
 from .store import StudyStore, make_folder
 from .worker_pool import WorkerPool
 
 Record = Literal["none", "failures", "first", "all"]
+
+
+@dataclass(frozen=True, slots=True)
+class StudyProgress:
+    """What is done, and how it went so far.
+
+    Attributes:
+        total: attempts that were asked for.
+        found: of these, those that a run before this one had finished.
+        finished: of these, those that this run has finished.
+        successes: among all that are there.
+        errors: likewise, attempts that raised.
+        seconds: since this run handed out its first attempt [s].
+    """
+
+    total: int
+    found: int
+    finished: int
+    successes: int
+    errors: int
+    seconds: float
+
+    @property
+    def done(self) -> int:
+        """Attempts that are there."""
+        return self.found + self.finished
+
+    @property
+    def rate(self) -> float:
+        """Attempts a second of this run; 0 before the first."""
+        return self.finished / self.seconds if self.seconds > 0.0 else 0.0
+
+    @property
+    def seconds_left(self) -> float | None:
+        """Time that the rest takes at this rate [s]; None before the first attempt."""
+        return (self.total - self.done) / self.rate if self.rate else None
+
+
+Progress = Callable[[StudyProgress], None]
 
 
 def run_study(

@@ -13,11 +13,9 @@ from typing import Any, Self
 
 from ..config import Scenario, build_scenario
 from ..exceptions import ConfigurationError, ExportError
-from .attempt import AttemptReport
-from .attempt_row import AttemptRow
+from .attempt import AttemptReport, AttemptRow
 from .condition import Condition
-from .difference import difference
-from .origins import compare
+from .origins import compare, difference
 
 FORMAT = "pilegrasp-study 1"
 FILE = "study.db"

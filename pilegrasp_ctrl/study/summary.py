@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from .attempt_row import AttemptRow
+from .attempt import AttemptRow
 from .condition import Condition
 from .store import StudyStore
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..exceptions import ExportError
 from ..recording import write_atomically
-from .attempt_row import AttemptRow
+from .attempt import AttemptRow
 from .store import StudyStore
 
 TABLES = (".csv", ".parquet")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -14,7 +15,6 @@ from types import TracebackType
 from typing import Any, Self
 
 from ..exceptions import SimulationError
-from .parent import follow_the_parent
 
 STARTS = 3
 """Workers that end in a row before any of them was ready; then something is wrong with all of them."""
@@ -128,3 +128,15 @@ def _interrupts_held() -> Iterator[None]:
 
 def _nothing() -> None:
     """Answer, and so tell that the process has started."""
+
+
+def follow_the_parent() -> None:
+    """End where the parent has ended, however it did; a `ProcessPoolExecutor` by itself would leave its workers."""
+    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+
+
+def _end_with_the_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -15,9 +16,8 @@ from ..plant.arm_simulation import ArmSimulation
 from ..plant.step_response import StepResponse, step_response
 from ..plant.tracking import Controller
 from ..tasks.gains import Impedance, MotionGains
-from ..types import Array
+from ..types import Array, ControllerOutput, Observation, Reference
 from .gain_space import scaled
-from .late_controller import LateController
 
 SWING = 0.02
 """A torque that swings by more than this share of its limit, peak to peak, in the last quarter of the response rings. A
@@ -192,3 +192,20 @@ def _step(gains: MotionGains | Impedance) -> Array:
     most = LARGEST_ACCELERATION if isinstance(gains, MotionGains) else LARGEST_FORCE
     stiffness = np.maximum(gains.stiffness, 1e-9)
     return np.minimum(np.repeat(LARGEST_STEP, 3), np.repeat(most, 3) / stiffness)
+
+
+class LateController:
+    """Gives the answer to the observation of some control periods ago; until there is one, the first.
+
+    It remembers answers, so that one instance serves one run.
+    """
+
+    def __init__(self, controller: Controller, periods: int) -> None:
+        """Take a controller and by how many periods it is late."""
+        self._controller = controller
+        self._waiting: deque[ControllerOutput] = deque(maxlen=periods + 1)
+
+    def step(self, observation: Observation, reference: Reference, /) -> ControllerOutput:
+        """Return the torques for one control period."""
+        self._waiting.append(self._controller.step(observation, reference))
+        return self._waiting[0]

@@ -14,7 +14,7 @@ from optuna.distributions import FloatDistribution
 from optuna.trial import FrozenTrial, TrialState
 
 from ..exceptions import ConfigurationError, ExportError
-from ..study.difference import difference
+from ..study.origins import difference
 from .objectives import Measured
 from .trial import TrialReport
 

@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import Generic, Self, TypeVar
 
 from ..exceptions import SimulationError
-from ..study.parent import follow_the_parent
+from ..study.worker_pool import follow_the_parent
 
 Task = TypeVar("Task")
 Report = TypeVar("Report")

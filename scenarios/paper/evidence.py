@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from pilegrasp_ctrl.scenarios.paper.sample import Sample
-from pilegrasp_ctrl.study.attempt_row import AttemptRow
+from pilegrasp_ctrl.study.attempt import AttemptRow
 from pilegrasp_ctrl.study.condition import Condition
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from pilegrasp_ctrl.exceptions import SimulationError
 from pilegrasp_ctrl.scenarios.paper.claim import Claim
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
-from pilegrasp_ctrl.study.attempt_row import AttemptRow
+from pilegrasp_ctrl.study.attempt import AttemptRow
 from pilegrasp_ctrl.study.condition import Condition
 from pilegrasp_ctrl.study.store import StudyStore
 

@@ -19,8 +19,7 @@ from pilegrasp_ctrl.scenarios.paper.ledger import documents, ledger
 from pilegrasp_ctrl.scenarios.paper.measure import MEASURE
 from pilegrasp_ctrl.scenarios.paper.page import page
 from pilegrasp_ctrl.scenarios.paper.plan import Work, plan
-from pilegrasp_ctrl.study.progress import Progress
-from pilegrasp_ctrl.study.run import run_study
+from pilegrasp_ctrl.study.run import Progress, run_study
 from pilegrasp_ctrl.study.store import StudyStore
 
 FIGURES = "figures"

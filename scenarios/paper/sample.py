@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from pilegrasp_ctrl.study.attempt_row import AttemptRow
+from pilegrasp_ctrl.study.attempt import AttemptRow
 from pilegrasp_ctrl.study.summary import CONFIDENCE
 
 

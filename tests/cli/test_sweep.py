@@ -14,7 +14,7 @@ from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.study import run
 from pilegrasp_ctrl.study.attempt import AttemptReport
 from pilegrasp_ctrl.study.condition import conditions
-from pilegrasp_ctrl.study.progress import StudyProgress
+from pilegrasp_ctrl.study.run import StudyProgress
 from pilegrasp_ctrl.study.store import StudyStore
 from pilegrasp_ctrl.study.table import table
 from study_tasks import PoolHere, short_attempt

@@ -10,7 +10,7 @@ from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.plant.arm_simulation import ArmSimulation
 from pilegrasp_ctrl.plant.tracking import simulate_tracking
 from pilegrasp_ctrl.trajectories.straight_line import StraightLine
-from pilegrasp_ctrl.tuning.late_controller import LateController
+from pilegrasp_ctrl.tuning.stability_margin import LateController
 from pilegrasp_ctrl.types import Observation, Reference
 
 

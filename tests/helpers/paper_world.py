@@ -7,7 +7,7 @@ from pilegrasp_ctrl.scenarios.paper import NAMES, experiment, fig09, table1, vel
 from pilegrasp_ctrl.scenarios.paper.conditions import SHOVEL, sized
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
 from pilegrasp_ctrl.scenarios.paper.plan import plan
-from pilegrasp_ctrl.study.attempt_row import AttemptRow
+from pilegrasp_ctrl.study.attempt import AttemptRow
 
 TRIGGERS = (("approach", "surface contact"), ("push", "grasp force"), ("grasp", "closed"), ("lift", "lifted"))
 

@@ -16,7 +16,7 @@ from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
 from pilegrasp_ctrl.scenarios.paper.examples import examples
 from pilegrasp_ctrl.scenarios.paper.experiment import ROBOT, SIMULATED, Row
 from pilegrasp_ctrl.scenarios.paper.plan import expect, plan
-from pilegrasp_ctrl.study.attempt_row import AttemptRow
+from pilegrasp_ctrl.study.attempt import AttemptRow
 from pilegrasp_ctrl.study.store import StudyStore
 
 
