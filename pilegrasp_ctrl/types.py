@@ -1,4 +1,4 @@
-"""Values that cross the borders between control, simulation and viewer; numpy is all they need."""
+"""Values that cross the borders between the rooms; numpy is all they need."""
 
 from __future__ import annotations
 
@@ -29,6 +29,17 @@ def frozen_array(value: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
         raise ValueError(f"{name} holds a value that is not finite: {array.tolist()}")
     array.setflags(write=False)
     return array
+
+
+def rotation_matrices(quaternion: ArrayLike) -> Array:
+    """Return the rotation matrices (..., 3, 3) of unit quaternions (..., 4), wxyz."""
+    w, x, y, z = np.moveaxis(np.asarray(quaternion, dtype=np.float64), -1, 0)
+    rows = (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+        (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
+    )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

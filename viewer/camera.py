@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.types import rotation_matrices
 from pilegrasp_ctrl.viewer.overlays import at_frames
-from pilegrasp_ctrl.viewer.shapes import quaternion_matrix
 from pilegrasp_ctrl.viewer.summary import summarize
 
 # Directions from the scene to the camera (azimuth from +x, elevation) in degrees, the preferred ones first: a push runs
@@ -54,11 +54,11 @@ def _veil(
     It is 1 for an opaque shape and the square of the opacity for glass, through which much can still be seen. A shape
     around the point, as the joint is around a knuckle, is no obstacle.
     """
-    rotation = quaternion_matrix(recording.body_quaternion[frame, index])
+    rotation = rotation_matrices(recording.body_quaternion[frame, index])
     position = recording.body_position[frame, index].astype(np.float64)
     result = np.zeros((len(eyes), len(points)))
     for shape in recording.bodies[index].shapes:
-        turn = rotation @ quaternion_matrix(shape.quaternion)
+        turn = rotation @ rotation_matrices(shape.quaternion)
         center = position + rotation @ np.asarray(shape.position)
         half = np.maximum(shape.half_extents(), 1e-4)
         start = ((points - center) @ turn)[None, :, :]

@@ -11,9 +11,10 @@ import numpy as np
 import umsgpack
 
 from pilegrasp_ctrl.recording import Body, Recording
+from pilegrasp_ctrl.types import rotation_matrices
 from pilegrasp_ctrl.viewer.animation import clip, pose_tracks
 from pilegrasp_ctrl.viewer.overlays import tool_paths, wrist_wrench
-from pilegrasp_ctrl.viewer.shapes import body_object, column_major, object_colors, quaternion_matrix
+from pilegrasp_ctrl.viewer.shapes import body_object, column_major, object_colors
 
 FOLDERS = {"arm": "Arm", "hand": "Hand", "object": "Objects", "support": "Support", "sensor": "Sensor"}
 
@@ -62,7 +63,7 @@ def commands(recording: Recording) -> list[dict[str, Any]]:
     for index, body in enumerate(recording.bodies):
         path = node_path(index, body)
         position, quaternion = recording.body_position[:, index], recording.body_quaternion[:, index]
-        matrix = column_major([float(x) for x in position[0]], quaternion_matrix(quaternion[0].tolist()))
+        matrix = column_major([float(x) for x in position[0]], rotation_matrices(quaternion[0]))
         stream.append({"type": "set_object", "path": path, "object": body_object(body, colors.get(body.name))})
         stream.append({"type": "set_transform", "path": path, "matrix": matrix})
         tracks = pose_tracks(times, position, quaternion, reach(body))

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilegrasp_ctrl.recording import Body, Recording
-from pilegrasp_ctrl.viewer.shapes import hex_color, quaternion_matrix
+from pilegrasp_ctrl.types import rotation_matrices
+from pilegrasp_ctrl.viewer.shapes import hex_color
 
 _NUMBERED = re.compile(r"(.+)_(\d+)")
 
@@ -40,7 +41,7 @@ def chains(bodies: tuple[Body, ...]) -> list[list[int]]:
 def _ends(body: Body) -> NDArray[np.float64]:
     """Return the two ends (2, 3) of the capsule's axis in the body's frame [m]."""
     shape = body.shapes[0]
-    axis = shape.size[1] * quaternion_matrix(shape.quaternion)[:, 2]
+    axis = shape.size[1] * rotation_matrices(shape.quaternion)[:, 2]
     return np.asarray(shape.position) + np.stack([-axis, axis])
 
 
@@ -54,7 +55,7 @@ def tubes(recording: Recording, paths: list[str]) -> list[dict[str, Any]]:
     for chain in chains(recording.bodies):
         ends = [_ends(recording.bodies[index]) for index in chain]
         placed = [
-            recording.body_position[0, index] + own @ quaternion_matrix(recording.body_quaternion[0, index].tolist()).T
+            recording.body_position[0, index] + own @ rotation_matrices(recording.body_quaternion[0, index]).T
             for index, own in zip(chain, ends, strict=True)
         ]
         middles = [points.mean(axis=0) for points in placed]

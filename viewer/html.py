@@ -84,7 +84,7 @@ def page(recording: Recording, beside: Recording | None = None) -> str:
         min(float(shown.frame_time[0]) for shown in recordings),
         max(float(shown.frame_time[-1]) for shown in recordings),
     )
-    scripts = (viewer_script(), own_script("stage.js", "tubes.js", "overlays.js", "panel.js", "page.js"))
+    scripts = (viewer_script(), own_script("scene_view.js", "tubes.js", "overlays.js", "panel.js", "page.js"))
     hashes = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
     return Template((_HERE / "page.html").read_text(encoding="utf-8")).substitute(
         policy="; ".join(

@@ -6,7 +6,7 @@ window.live = (() => {
   let movedByHand = false;
   let ended = false;
   let bend = () => {};
-  const viewer = stage.open(element("pane"), () => view && !movedByHand && stage.frame(viewer, view));
+  const viewer = sceneView.open(element("pane"), () => view && !movedByHand && sceneView.frame(viewer, view));
   viewer.set_3d_pane_size();
   viewer.controls.addEventListener("start", () => (movedByHand = true));
 
@@ -19,7 +19,7 @@ window.live = (() => {
   function hear(message) {
     if (message.view) {
       view = message.view;
-      stage.light(viewer, view);
+      sceneView.light(viewer, view);
       bend = makeTubes(viewer, message.tubes);
       viewer.set_3d_pane_size();
     }
@@ -38,7 +38,7 @@ window.live = (() => {
   socket.binaryType = "arraybuffer";
   socket.addEventListener("message", ({ data }) => {
     if (typeof data === "string") hear(JSON.parse(data));
-    else stage.obey(viewer, new Uint8Array(data));
+    else sceneView.obey(viewer, new Uint8Array(data));
   });
   socket.addEventListener("close", () => ended || tell("Ended", "the program has ended or was interrupted"));
   return { viewer };

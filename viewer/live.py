@@ -23,12 +23,13 @@ from tornado.netutil import bind_sockets
 
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.recording import Body, Recording
+from pilegrasp_ctrl.types import rotation_matrices
 from pilegrasp_ctrl.viewer.camera import view
 from pilegrasp_ctrl.viewer.commands import commands, node_path, pack
 from pilegrasp_ctrl.viewer.fingers import tubes
 from pilegrasp_ctrl.viewer.html import own_script, viewer_script
 from pilegrasp_ctrl.viewer.live_server import Audience, application
-from pilegrasp_ctrl.viewer.shapes import column_major, quaternion_matrix
+from pilegrasp_ctrl.viewer.shapes import column_major
 
 LOOPBACK = "127.0.0.1"
 
@@ -65,7 +66,7 @@ class LiveView:
         files = {
             "": ("text/html", _page(title)),
             "meshcat.js": ("text/javascript", viewer_script()),
-            "live.js": ("text/javascript", own_script("stage.js", "tubes.js", "live.js")),
+            "live.js": ("text/javascript", own_script("scene_view.js", "tubes.js", "live.js")),
         }
         sockets = _bind()
         self.url = f"http://{LOOPBACK}:{sockets[0].getsockname()[1]}/"
@@ -116,7 +117,7 @@ class LiveView:
         time.sleep(self._ahead - behind)
         poses = zip(self._paths, position, quaternion, strict=True)
         transforms = [
-            {"type": "set_transform", "path": path, "matrix": column_major(p, quaternion_matrix(q))}
+            {"type": "set_transform", "path": path, "matrix": column_major(p, rotation_matrices(q))}
             for path, p, q in poses
         ]
         self._tell(self._audience.frame, pack(transforms), _text(now=f"{moment:.2f} s · {primitive}"))

@@ -111,9 +111,9 @@ window.pilegrasp = (() => {
       };
       plot.addEventListener("pointerdown", (event) => {
         plot.setPointerCapture(event.pointerId);
-        simulate_tracking(event);
+        follow(event);
       });
-      plot.addEventListener("pointermove", (event) => event.buttons && simulate_tracking(event));
+      plot.addEventListener("pointermove", (event) => event.buttons && follow(event));
     }
     document.addEventListener("keydown", keys);
     for (const button of document.querySelectorAll("[data-seek]")) {

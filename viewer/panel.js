@@ -30,19 +30,19 @@ function makePanel(root, data, blocks) {
   // From above, the push runs to the right of the picture.
   function frame(above = false) {
     const [x, y] = data.push?.direction ?? [1, 0];
-    stage.frame(panel.viewer, above ? { ...data.view, direction: [0.03 * y, -0.03 * x, 1] } : data.view);
+    sceneView.frame(panel.viewer, above ? { ...data.view, direction: [0.03 * y, -0.03 * x, 1] } : data.view);
     movedByHand = above;
   }
 
   async function open() {
     const [commands, contacts] = await Promise.all(blocks.map(inflate));
-    const viewer = stage.open(find(".pane"), () => movedByHand || frame());
+    const viewer = sceneView.open(find(".pane"), () => movedByHand || frame());
     panel.viewer = viewer;
-    stage.obey(viewer, commands);
+    sceneView.obey(viewer, commands);
     // The page's clock moves the animation; meshcat's own buttons for it would fight with that.
     viewer.animator.folder.domElement.style.display = "none";
     for (const action of viewer.animator.actions) action.play();
-    stage.light(viewer, data.view);
+    sceneView.light(viewer, data.view);
     bend = makeTubes(viewer, data.tubes);
     panel.overlays = makeOverlays(viewer, data, contacts);
     viewer.set_3d_pane_size();

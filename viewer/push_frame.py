@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from pilegrasp_ctrl.analysis.meta import lookup, number
 from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.types import rotation_matrices
 from pilegrasp_ctrl.viewer.overlays import at_frames
-from pilegrasp_ctrl.viewer.shapes import quaternion_matrix
 from pilegrasp_ctrl.viewer.summary import summarize
 
 OPENING = np.deg2rad(20.0)
@@ -67,10 +67,10 @@ def _hand_boxes(recording: Recording, frame: int, axes: NDArray[np.float64]) -> 
     for index, body in enumerate(recording.bodies):
         if body.role != "hand":
             continue
-        turn = quaternion_matrix(recording.body_quaternion[frame, index].tolist())
+        turn = rotation_matrices(recording.body_quaternion[frame, index])
         place = recording.body_position[frame, index].astype(np.float64)
         for shape in body.shapes:
-            own = turn @ quaternion_matrix(shape.quaternion)
+            own = turn @ rotation_matrices(shape.quaternion)
             center = place + turn @ np.asarray(shape.position)
             boxes.append((axes @ center, np.abs(axes @ own) @ np.asarray(shape.half_extents())))
     return np.array(boxes).reshape(-1, 2, 2)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilegrasp_ctrl.recording import Body, Recording, Shape
+from pilegrasp_ctrl.types import rotation_matrices
 
 Color = tuple[float, float, float, float]
 
@@ -18,18 +19,6 @@ PALETTE = (0xE69F00, 0x56B4E9, 0x009E73, 0xF0E442, 0x0072B2, 0xD55E00, 0xCC79A7,
 
 # Half the side of a plane without end, as drawn [m].
 ENDLESS = 1.5
-
-
-def quaternion_matrix(quaternion: Sequence[float]) -> NDArray[np.float64]:
-    """Return the rotation (3, 3) of a wxyz quaternion, normalised first."""
-    w, x, y, z = np.asarray(quaternion, dtype=np.float64) / np.linalg.norm(quaternion)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def column_major(
@@ -108,7 +97,7 @@ def _geometry(shape: Shape, part: int, parts: int) -> dict[str, Any]:
 
 
 def _matrix(shape: Shape, part: int, parts: int) -> list[float]:
-    rotation = quaternion_matrix(shape.quaternion)
+    rotation = rotation_matrices(shape.quaternion)
     if shape.kind == "box" and parts > 1:
         # A box is cut across its x axis.
         along = shape.size[0] * (2 * part + 1 - parts) / parts

@@ -13,11 +13,11 @@ from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
 from pilegrasp_ctrl.analysis.funnel import Funnel
-from pilegrasp_ctrl.analysis.hand_mouth import rotations
 from pilegrasp_ctrl.analysis.motion_field import X_EDGES, Y_EDGES, MotionField
 from pilegrasp_ctrl.analysis.motion_pattern import MotionPattern
 from pilegrasp_ctrl.analysis.push_motion import PushMotion
 from pilegrasp_ctrl.recording import Recording, Shape
+from pilegrasp_ctrl.types import rotation_matrices
 
 RED, BLUE, GREY, SKIN = "#c0392b", "#2f6db5", "#9aa3ad", "#e6c79c"
 ARROW = 0.25
@@ -89,7 +89,7 @@ def _scene(axes: Axes, recording: Recording) -> None:
             continue
         color, opacity, order = looks[body.role]
         place = recording.body_position[frame, index].astype(float)
-        turn = rotations(recording.body_quaternion[frame, index])
+        turn = rotation_matrices(recording.body_quaternion[frame, index])
         for shape in body.shapes:
             outline = _outline(shape, place, turn, push.axes) - push.hand[0]
             if body.role == "support" and (shape.kind == "plane" or min(np.ptp(outline, axis=0)) > 0.6):
@@ -106,6 +106,6 @@ def _outline(shape: Shape, place: NDArray[np.float64], turn: NDArray[np.float64]
     from scipy.spatial import ConvexHull
 
     signs = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
-    corners = signs * shape.half_extents() @ rotations(np.array(shape.quaternion)).T + np.array(shape.position)
+    corners = signs * shape.half_extents() @ rotation_matrices(shape.quaternion).T + np.array(shape.position)
     seen = (place + corners @ turn.T) @ axes.T
     return seen[ConvexHull(seen).vertices]

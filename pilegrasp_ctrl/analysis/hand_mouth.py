@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..recording import Recording
-
-Array = NDArray[np.float64]
+from ..types import Array, rotation_matrices
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,28 +57,17 @@ class HandMouth:
         return cls(*(float(np.median(line)) for line in (front, low[..., 0].min(axis=1), right, left)))
 
 
-def rotations(quaternion: NDArray[np.floating]) -> Array:
-    """Return rotation matrices (..., 3, 3) of quaternions (..., 4) wxyz."""
-    w, x, y, z = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
 def _hand_boxes(recording: Recording, frames: slice, axes: Array) -> tuple[Array, Array]:
     """Return centres and half-extents (F, shapes, 3) of the hand's shapes along three axes."""
     centers, extents = [], []
     for index, body in enumerate(recording.bodies):
         if body.role != "hand":
             continue
-        turn = rotations(recording.body_quaternion[frames, index])
+        turn = rotation_matrices(recording.body_quaternion[frames, index])
         place = recording.body_position[frames, index].astype(float)
         for shape in body.shapes:
             centers.append((place + turn @ np.array(shape.position)) @ axes.T)
-            own = axes @ turn @ rotations(np.array(shape.quaternion))
+            own = axes @ turn @ rotation_matrices(shape.quaternion)
             extents.append(np.abs(own) @ np.array(shape.half_extents()))
     if not centers:
         return np.zeros((0, 0, 3)), np.zeros((0, 0, 3))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..recording import Recording
-from .hand_mouth import rotations
+from ..types import rotation_matrices
 
 OBLIQUE = 0.17
 """Sine of 10°: a wall that is nearer than this to square before the hand, or to its way, is not slanted."""
@@ -25,11 +25,11 @@ def nearer_side(recording: Recording, axes: NDArray[np.float64]) -> int:
     for index, body in enumerate(recording.bodies):
         if body.role != "support":
             continue
-        turn = rotations(recording.body_quaternion[0, index])
+        turn = rotation_matrices(recording.body_quaternion[0, index])
         for shape in body.shapes:
             if shape.kind != "box":
                 continue
-            normal = (turn @ rotations(np.array(shape.quaternion)))[:, np.argmin(shape.half_extents())]
+            normal = (turn @ rotation_matrices(shape.quaternion))[:, np.argmin(shape.half_extents())]
             x, y = axes @ normal
             if abs(x) > OBLIQUE:
                 sides.add(int(np.sign(x * y)) if abs(y) > OBLIQUE else 0)

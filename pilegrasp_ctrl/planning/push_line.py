@@ -10,7 +10,7 @@ import numpy as np
 
 from ..exceptions import UnreachablePoseError
 from ..sections import StrategyConfig
-from ..types import Array
+from ..types import Array, rotation_matrices
 from .hand_use import HandUse
 from .layout import Layout
 from .object_choice import choose_object
@@ -81,7 +81,8 @@ def plan_push_line(
         anchor = goal.best_line(positions, HAND_HALF_WIDTH)[0].anchor
         point = anchor + min((middle - anchor) @ direction, -radius) * direction
     elif strategy.kind == "object":
-        axes = _axes(poses[:, 3:]) if cylinders else None
+        # A copy of its own, as sums over strided and over contiguous arrays need not agree to the last bit.
+        axes = rotation_matrices(poses[:, 3:])[..., 2].copy() if cylinders else None
         point = positions[choose_object(poses[:, :3], direction, radius, middle, axes)]
     elif layout.support == "wall":
         point = np.array([layout.support_distance - radius, middle[1]])
@@ -157,9 +158,3 @@ def _turned(hand: HandUse, strategy: StrategyConfig) -> Array:
     theta = hand.theta if strategy.theta_deg is None else np.radians(strategy.theta_deg)
     outline[:, :3] = outline[:, :3] @ tool_rotation(yaw, theta).T
     return outline
-
-
-def _axes(quaternions: Array) -> Array:
-    """Return the directions of the objects' own z axes (n, 3); quaternions (n, 4) are wxyz."""
-    w, x, y, z = quaternions.T
-    return np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)

@@ -1,6 +1,6 @@
 "use strict";
 // What every page that shows a scene shares: meshcat's viewer in a pane, its commands, its camera and its light.
-const stage = (() => {
+const sceneView = (() => {
   // Each command stands after its length (32 bits, little-endian).
   function* messages(bytes) {
     const numbers = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
