@@ -31,7 +31,7 @@ table:  ## Print the table of scenario keys for docs/scenarios.md
 	@$(PYTHON) tests/helpers/scenario_table.py
 
 hands:  ## Write the hands' MJCF and README values from their robot.toml
-	$(PYTHON) -m pilegrasp_ctrl.sim.hand_files
+	$(PYTHON) tests/helpers/hand_files.py
 
 run:  ## Run one attempt: make run SCENARIO=spheres_corner SEED=3
 	$(PILEGRASP) run $(SCENARIO) --seed $(SEED) --html $(SCENARIO).html

@@ -24,8 +24,8 @@ from .primitives.primitive import ActivePrimitive, Ending, Primitive, PrimitiveI
 from .programs.attempt import Attempt, prepare
 from .programs.pick_order import PickAttempt
 from .recorder import Recorder
-from .sim.frame_feed import FrameFeed, Observer
-from .sim.watchdog import Watchdog
+from .sim.monitors import Watchdog
+from .sim.readout import FrameFeed, Observer
 from .types import Array, Observation, Outcome, Reference
 
 if TYPE_CHECKING:

@@ -13,8 +13,7 @@ from .contacts import Contacts
 from .primitives.primitive import Setpoint
 from .programs.attempt import Attempt
 from .recording import Recording
-from .sim.contact_forces import ContactForces
-from .sim.drawing import drawn_bodies
+from .sim.readout import ContactForces, drawn_bodies
 from .types import Array, Observation
 
 FRAME_PERIOD = 1.0 / 30.0

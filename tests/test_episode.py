@@ -12,7 +12,7 @@ from pilegrasp_ctrl.episode import run
 from pilegrasp_ctrl.exceptions import ConfigurationError, PileError, SimulationError, UnreachablePoseError
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.robots import description, path
-from pilegrasp_ctrl.sim import watchdog
+from pilegrasp_ctrl.sim import monitors
 from pilegrasp_ctrl.sim.backend import Simulation
 
 KEYS = [
@@ -333,7 +333,7 @@ def last_states(tmp_path, monkeypatch):
 
 
 def test_the_watchdog_stops_an_attempt_and_the_collector_runs_again(last_states, monkeypatch):
-    monkeypatch.setattr(watchdog, "MAX_PENETRATION", 1e-6)
+    monkeypatch.setattr(monitors, "MAX_PENETRATION", 1e-6)
     with pytest.raises(SimulationError, match="overlap") as caught:
         run("push_wall", record=True)
     assert gc.isenabled()
@@ -366,7 +366,7 @@ def test_an_error_of_another_kind_leaves_the_collector_as_it_was(monkeypatch):
     def fail(*_):
         raise ZeroDivisionError
 
-    monkeypatch.setattr(watchdog.Watchdog, "check", fail)
+    monkeypatch.setattr(monitors.Watchdog, "check", fail)
     gc.disable()
     try:
         with pytest.raises(ZeroDivisionError):

@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 
 from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.sim.contact import SUPPORT, Surface
 from pilegrasp_ctrl.sim.object_model import ObjectModel
-from pilegrasp_ctrl.sim.surface import SUPPORT, Surface
 from pilegrasp_ctrl.validation.physics.plate_push import PLATE, SPEED
 
 try:

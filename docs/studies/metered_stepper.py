@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from contact_solver import EXACT, ContactSolver
-from pilegrasp_ctrl.sim.stepper import Stepper
+from pilegrasp_ctrl.sim.backend import Stepper
 from step_samples import StepSamples
 
 FREE_DOFS = 6

@@ -23,10 +23,9 @@ from ..primitives.primitive import Setpoint
 from ..robots import names, path
 from ..sim.backend import Simulation
 from ..sim.hand import Hand
-from ..sim.object_mix import Objects
-from ..sim.objects import objects_of
+from ..sim.monitors import RimCheck
+from ..sim.objects import Objects, objects_of
 from ..sim.pile import Pile, settle_pile
-from ..sim.rim_check import RimCheck
 from ..sim.scene import build_scene
 from ..sim.start_posture import StartPosture
 from ..sim.wrist_sensor import WristSensor

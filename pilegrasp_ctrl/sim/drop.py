@@ -9,7 +9,7 @@ import numpy as np
 from ..exceptions import PileError
 from ..planning.layout import Layout
 from ..types import Array
-from .object_mix import Objects
+from .objects import Objects
 
 FRAME_HEIGHT = 0.8
 """Of the dropping frame [m]: 200 tennis balls hang in it above a floor of 0.25 m."""

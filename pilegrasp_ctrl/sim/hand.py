@@ -1,7 +1,8 @@
-"""A hand as the simulation sees it: one interface for the RBO Hand 2 and the shovel."""
+"""A hand as the simulation sees it, and what a scenario's `hand_model` changes in it."""
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,10 +17,41 @@ from ..planning.hand_use import HandUse
 from ..robots import description
 from ..sections import HandModelConfig
 from ..types import Array, MassProperties, Pose
-from .hand_model import varied
+from .contact import Surface
 from .rbo_hand2 import add_rbo_hand2
 from .shovel import add_shovel
-from .surface import Surface
+
+SCALED = {
+    "bending_stiffness": ("pneumatics.bending_stiffness",),
+    "lateral_stiffness": ("pneumatics.lateral_stiffness",),
+    "damping": ("pneumatics.bending_damping", "pneumatics.lateral_damping"),
+    "closing_moment": ("pneumatics.closing_moment", "pneumatics.thumb_closing_moment"),
+    "time_constant": ("pneumatics.time_constant",),
+    "fingertip_radius": ("fingers.radius_tip",),
+    "preshape": ("use.preshape",),
+    "friction": ("surface.lateral",),
+    "restitution": ("surface.restitution",),
+    "sensor_mass": ("sensor.mass",),
+}
+"""Which numbers each factor multiplies."""
+
+REPLACED = {"inflation_stiffness": "pneumatics.inflation_stiffness"}
+"""Which number stands where a factor would have nothing to multiply."""
+
+
+def varied(parameters: dict[str, Any], model: HandModelConfig) -> dict[str, Any]:
+    """Return the parameters of a hand with those changed that `model` names; the argument stays as it is."""
+    result = copy.deepcopy(parameters)
+    for change in model.changed():
+        value = getattr(model, change)
+        for name in SCALED.get(change, ()):
+            table, _, key = name.partition(".")
+            result[table][key] *= value
+        if change in REPLACED:
+            table, _, key = REPLACED[change].partition(".")
+            result[table][key] = value
+    return result
+
 
 _BUILDERS: dict[str, Callable[[mujoco.MjSpec, Any, dict[str, Any]], None]] = {
     "rbo_hand2": add_rbo_hand2,

@@ -9,10 +9,9 @@ from typing import Literal
 import mujoco
 import numpy as np
 
+from .contact import Surface, restitution_for_mass
 from .hull import Hull
 from .net import Net
-from .restitution import restitution_for_mass
-from .surface import Surface
 
 OBJECT_BIT = 2
 """Contact affinity of the objects; the arm's links get it as a contact type, everything else has explicit pairs."""

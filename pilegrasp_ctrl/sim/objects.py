@@ -1,7 +1,8 @@
-"""The objects of the paper's Table I, and a user's own: from the keys of `pile` to a kind."""
+"""The objects of a pile, by the keys of `pile`: shipped ones, a user's own, and mixes of them."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -9,11 +10,52 @@ from ..exceptions import ConfigurationError
 from ..scenarios import is_file, object_files, object_parts
 from ..sections import PileConfig
 from .object_file import read_object
-from .object_mix import ObjectMix, Objects
-from .object_model import OBJECT_BIT, SMOOTH, ObjectModel
-from .restitution import restitution_for_mass
+from .object_model import ObjectModel
 
-__all__ = ["OBJECT_BIT", "OBJECT_MODELS", "SMOOTH", "ObjectModel", "object_model", "objects_of", "restitution_for_mass"]
+
+@dataclass(frozen=True, slots=True)
+class ObjectMix:
+    """Kinds that take turns: object i is of kind i modulo their number. None of them is tied by a net.
+
+    Attributes:
+        kinds: two or more; one that is named twice is twice as frequent.
+    """
+
+    kinds: tuple[ObjectModel, ...]
+
+    @property
+    def net(self) -> None:
+        """None of them has one."""
+        return None
+
+    @property
+    def shape(self) -> str:
+        """No single one."""
+        return "mix"
+
+    @property
+    def bounding_radius(self) -> float:
+        """Radius of the sphere about the centre of mass that encloses the largest [m]."""
+        return max(kind.bounding_radius for kind in self.kinds)
+
+    @property
+    def diameter(self) -> float:
+        """Smallest width of the widest [m]."""
+        return max(kind.diameter for kind in self.kinds)
+
+    @property
+    def flank_radius(self) -> float:
+        """Radius of the upright cylinder that encloses each of them [m]."""
+        return max(kind.flank_radius for kind in self.kinds)
+
+    def share_out(self, count: int) -> list[ObjectModel]:
+        """Return the kind of each of `count` objects."""
+        return [self.kinds[index % len(self.kinds)] for index in range(count)]
+
+
+Objects = ObjectModel | ObjectMix
+"""What a pile is made of."""
+
 
 OBJECT_MODELS = {name: read_object(file) for name, file in object_files().items()}
 """The kinds that ship, in the variant "real"."""

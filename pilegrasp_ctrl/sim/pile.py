@@ -11,13 +11,12 @@ import numpy as np
 from ..exceptions import PileError
 from ..planning.layout import BASE_RADIUS, Layout
 from ..types import Array
-from .contact import NATURAL_FREQUENCY, OBJECT_IMPEDANCE, Rule, add_pair
+from .backend import Stepper
+from .contact import NATURAL_FREQUENCY, OBJECT_IMPEDANCE, SUPPORT, Rule, add_pair
 from .drop import FRAME_HEIGHT, drop_poses
-from .object_mix import Objects
+from .objects import Objects
 from .pile_cache import PileCache
 from .scene import add_objects, add_support, contact, new_spec
-from .stepper import Stepper
-from .surface import SUPPORT
 
 PANEL_HALF_THICKNESS = 0.02
 LIFT_SPEED = 0.3

@@ -13,11 +13,10 @@ import numpy as np
 from ..config import Scenario
 from ..planning.layout import TABLE_HALF_SIZE, WALL_DISTANCE, Layout
 from ..robots import path
-from .contact import PairParameters, Rule, add_pair, combine, pair_parameters
+from .contact import SUPPORT, PairParameters, Rule, Surface, add_pair, combine, pair_parameters
 from .hand import Hand
-from .object_mix import Objects
 from .object_model import OBJECT_BIT
-from .surface import SUPPORT, Surface
+from .objects import Objects
 
 WOOD = (0.72, 0.60, 0.46, 1.0)
 WALL_COLOR = (0.62, 0.68, 0.74, 0.45)

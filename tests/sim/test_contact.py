@@ -6,11 +6,20 @@ import mujoco
 import numpy as np
 import pytest
 
-from pilegrasp_ctrl.sim.bounce import damping_ratio_for, restitution_of
-from pilegrasp_ctrl.sim.contact import NATURAL_FREQUENCY, add_pair, combine, pair_parameters
-from pilegrasp_ctrl.sim.objects import OBJECT_MODELS, SMOOTH, object_model, restitution_for_mass
+from pilegrasp_ctrl.sim.contact import (
+    NATURAL_FREQUENCY,
+    SUPPORT,
+    Surface,
+    add_pair,
+    combine,
+    damping_ratio_for,
+    pair_parameters,
+    restitution_for_mass,
+    restitution_of,
+)
+from pilegrasp_ctrl.sim.object_model import SMOOTH
+from pilegrasp_ctrl.sim.objects import OBJECT_MODELS, object_model
 from pilegrasp_ctrl.sim.scene import new_spec
-from pilegrasp_ctrl.sim.surface import SUPPORT, Surface
 
 GRAVITY = 9.81
 

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 import pytest
 
+import hand_files
 from pilegrasp_ctrl import robots
-from pilegrasp_ctrl.sim import hand_files
 from pilegrasp_ctrl.sim.hand import Hand
 
 NAMES = [name.rpartition("/")[2] for name in robots.hands()]

@@ -4,14 +4,13 @@ import mujoco
 import numpy as np
 import pytest
 
+from hand_files import flat
 from pilegrasp_ctrl import robots
 from pilegrasp_ctrl.config import Scenario, build_scenario, load_scenario
 from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.sections import HandModelConfig
-from pilegrasp_ctrl.sim.hand import Hand
-from pilegrasp_ctrl.sim.hand_files import flat
-from pilegrasp_ctrl.sim.hand_model import REPLACED, SCALED
+from pilegrasp_ctrl.sim.hand import REPLACED, SCALED, Hand
 from pilegrasp_ctrl.sim.objects import objects_of
 from pilegrasp_ctrl.validation.hand import finger_measurements as finger
 from pilegrasp_ctrl.validation.hand.hand_bench import HandBench

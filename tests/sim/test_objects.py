@@ -12,12 +12,12 @@ from pilegrasp_ctrl.config import PileConfig, SupportConfig, build_scenario, loa
 from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.planning.layout import make_layout
 from pilegrasp_ctrl.scenarios import object_files
-from pilegrasp_ctrl.sim.contact import pair_parameters
-from pilegrasp_ctrl.sim.drawing import drawn_bodies
+from pilegrasp_ctrl.sim.contact import pair_parameters, restitution_for_mass
 from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.object_file import read_object, write_object
-from pilegrasp_ctrl.sim.objects import OBJECT_MODELS, object_model, objects_of, restitution_for_mass
+from pilegrasp_ctrl.sim.objects import OBJECT_MODELS, object_model, objects_of
 from pilegrasp_ctrl.sim.pile import settle_pile
+from pilegrasp_ctrl.sim.readout import drawn_bodies
 from pilegrasp_ctrl.sim.scene import add_objects, build_scene, new_spec
 from places import DOCS
 

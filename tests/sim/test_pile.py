@@ -12,9 +12,9 @@ from pilegrasp_ctrl.exceptions import ConfigurationError, PileError
 from pilegrasp_ctrl.planning.layout import WALL_DISTANCE, frame_size, make_layout
 from pilegrasp_ctrl.sections import PileConfig, SupportConfig
 from pilegrasp_ctrl.sim import pile
+from pilegrasp_ctrl.sim.backend import Stepper
 from pilegrasp_ctrl.sim.objects import OBJECT_MODELS, object_model, objects_of
 from pilegrasp_ctrl.sim.pile import settle_pile
-from pilegrasp_ctrl.sim.stepper import Stepper
 
 
 @pytest.fixture(autouse=True)

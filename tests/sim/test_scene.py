@@ -9,12 +9,11 @@ import pytest
 
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.planning.layout import make_layout
-from pilegrasp_ctrl.sim.contact import combine, pair_parameters
-from pilegrasp_ctrl.sim.drawing import drawn_bodies
+from pilegrasp_ctrl.sim.contact import SUPPORT, combine, pair_parameters
 from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.objects import object_model
+from pilegrasp_ctrl.sim.readout import drawn_bodies
 from pilegrasp_ctrl.sim.scene import build_scene
-from pilegrasp_ctrl.sim.surface import SUPPORT
 
 ARM_JOINTS = tuple(f"j{i}" for i in range(1, 8))
 COUNT = 5

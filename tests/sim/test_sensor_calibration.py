@@ -10,8 +10,7 @@ from pilegrasp_ctrl.primitives.primitive import Setpoint
 from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.sim.backend import Simulation
 from pilegrasp_ctrl.sim.hand import Hand
-from pilegrasp_ctrl.sim.sensor_calibration import CALIBRATIONS, CHANNELS
-from pilegrasp_ctrl.sim.wrist_sensor import WristSensor
+from pilegrasp_ctrl.sim.wrist_sensor import CALIBRATIONS, CHANNELS, WristSensor
 from pilegrasp_ctrl.trajectories.straight_line import StraightLine
 
 GRAVITY = 9.81

@@ -8,9 +8,9 @@ import pytest
 
 from pilegrasp_ctrl.exceptions import SimulationError
 from pilegrasp_ctrl.sections import PileConfig
+from pilegrasp_ctrl.sim.monitors import MAX_PENETRATION, Watchdog
 from pilegrasp_ctrl.sim.objects import objects_of
 from pilegrasp_ctrl.sim.scene import add_objects, new_spec
-from pilegrasp_ctrl.sim.watchdog import MAX_PENETRATION, Watchdog
 
 
 @pytest.fixture

@@ -19,7 +19,7 @@ from pilegrasp_ctrl import cli
 from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.recording import Body, Recording, Shape
-from pilegrasp_ctrl.sim.contact_forces import SMALLEST, ContactForces
+from pilegrasp_ctrl.sim.readout import SMALLEST, ContactForces
 from pilegrasp_ctrl.viewer import page, write
 from pilegrasp_ctrl.viewer.commands import commands, node_path, unpack
 from pilegrasp_ctrl.viewer.contact_block import contact_block

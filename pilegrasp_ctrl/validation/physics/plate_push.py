@@ -8,11 +8,10 @@ import mujoco
 import numpy as np
 
 from ...planning.layout import Layout
-from ...sim.contact import Rule, add_pair, combine, pair_parameters
+from ...sim.backend import Stepper
+from ...sim.contact import Rule, Surface, add_pair, combine, pair_parameters
 from ...sim.object_model import ObjectModel
 from ...sim.scene import add_objects, add_support, new_spec
-from ...sim.stepper import Stepper
-from ...sim.surface import Surface
 from ...types import Array
 
 PLATE = Surface(lateral=0.5, spinning=0.001, rolling=0.001, restitution=0.8, rank=2)

@@ -1,6 +1,6 @@
 """What follows from a hand's `robot.toml`: its MJCF and the value column of its README.
 
-`python -m pilegrasp_ctrl.sim.hand_files` (or `make hands`) writes both again for every hand.
+`python tests/helpers/hand_files.py` (or `make hands`) writes both again for every hand.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ import re
 from pathlib import Path
 from typing import Any
 
-from ..robots import hands, path
-from .hand import Hand
+from pilegrasp_ctrl.robots import hands, path
+from pilegrasp_ctrl.sim.hand import Hand
 
 _ROW = re.compile(r"^\| `([\w.]+)` \| ([^|]*) \|", re.MULTILINE)
 
