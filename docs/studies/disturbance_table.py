@@ -4,7 +4,7 @@ import numpy as np
 
 import pilegrasp_ctrl as pg
 from example_arm import HOME, example_arm
-from pilegrasp_ctrl.control.observed_controller import ObservedController
+from pilegrasp_ctrl.control.disturbance_observer import ObservedController
 from pilegrasp_ctrl.plant.tracking import simulate_tracking
 
 PANDA = [1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 0.5]  # its URDF has no friction; chosen, Coulomb [N·m], viscous [N·m·s/rad]

@@ -9,7 +9,7 @@ import numpy as np
 from ..arm.state import ArmState
 from ..exceptions import ConfigurationError
 from ..qp.program import QuadraticProgram
-from ..tasks.frame_motion_task import FrameMotionTask
+from ..tasks.frame_task import FrameMotionTask
 from ..types import Array, Command, ControllerOutput, Reference
 from .friction_compensation import FrictionCompensation
 from .inverse_dynamics import ACTIVE, InverseDynamics

@@ -14,8 +14,7 @@ from ..exceptions import ConfigurationError
 from ..tasks.gain_values import checked_wrench, scalar
 from ..tasks.gains import Impedance
 from ..types import Array, Command, ControllerOutput, Observation, Reference
-from .force_feedback import ForceFeedback
-from .force_ramp import ForceRamp
+from .force_command import ForceFeedback, ForceRamp
 from .impedance import ImpedanceController
 from .sampled_data import check_force_gain
 from .tool_axes import turn_wrench

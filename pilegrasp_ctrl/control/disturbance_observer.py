@@ -10,7 +10,8 @@ import pinocchio as pin
 from ..arm.model import ArmModel
 from ..arm.state import ArmState
 from ..exceptions import ConfigurationError, ModelError
-from ..types import Array, Observation
+from ..types import Array, ControllerOutput, Observation, Reference
+from .operational_space import OperationalSpaceController
 
 _LARGEST_STEP = 0.5
 _LONGEST_GAP = 10.0
@@ -130,3 +131,22 @@ class DisturbanceObserver:
         passive -= self._coulomb * np.tanh(v / self._scale)
         passive -= self._viscous * v
         return passive
+
+
+class ObservedController:
+    """Asks the observer, hands its estimate to the controller, and remembers the torque for the next period.
+
+    One instance serves one run.
+    """
+
+    def __init__(self, controller: OperationalSpaceController, observer: DisturbanceObserver) -> None:
+        """Take a controller and an observer of the same arm."""
+        self._controller, self._observer = controller, observer
+        self._torque = observer.estimate
+
+    def step(self, observation: Observation, reference: Reference, /) -> ControllerOutput:
+        """Return the torques for one control period."""
+        estimate = self._observer.update(observation, self._torque)
+        output = self._controller.step(observation, reference, disturbance=estimate)
+        self._torque = output.command.torque
+        return output

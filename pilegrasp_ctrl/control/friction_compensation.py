@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arm.model import ArmModel
 from ..exceptions import ConfigurationError
-from ..tasks.frame_motion_task import shorten
+from ..tasks.frame_task import shorten
 from ..types import Array, Reference
 from .inverse_dynamics import InverseDynamics
 

@@ -6,19 +6,16 @@ from collections.abc import Collection
 from time import perf_counter
 
 import numpy as np
+from eigenpy import LLT  # type: ignore[import-untyped]
 
 from ..arm.model import ArmModel
 from ..arm.state import ArmState
 from ..exceptions import ConfigurationError, SolverError
 from ..limits.acceleration_bounds import AccelerationBounds, AffineLimit
-from ..limits.braking import braking_acceleration
-from ..limits.position_limit import PositionLimit
+from ..limits.motion_limits import PositionLimit, VelocityLimit, braking_acceleration
 from ..limits.torque_limit import TorqueLimit
-from ..limits.velocity_limit import VelocityLimit
-from ..qp.linear_algebra import solve_positive_definite
 from ..qp.program import QuadraticProgram, Solution, make_solver, solve
-from ..tasks.frame_task import FrameTask
-from ..tasks.objective import Objective
+from ..tasks.frame_task import FrameTask, Objective
 from ..tasks.posture_task import PostureTask
 from ..types import Array, Command, ControllerOutput
 
@@ -159,7 +156,8 @@ class InverseDynamics:
         The program's own cost with velocities in place of accelerations, limits aside.
         """
         np.multiply(twist, self._task.sqrt_weight, out=self._tool_velocity)
-        return solve_positive_definite(self._program.H, self._velocity_target.dot(self._A))
+        velocity: Array = LLT(self._program.H).solve(self._velocity_target.dot(self._A))
+        return velocity
 
     def solve(self, state: ArmState, friction: Array | None = None, cancelled: Array | None = None) -> ControllerOutput:
         """Return the torques for what was assembled.
@@ -195,7 +193,7 @@ class InverseDynamics:
             rest = -arm.friction_coulomb * np.tanh(v / _FRICTION_SCALE) - arm.friction_viscous * state.v
             if compensated is not None:
                 rest += compensated
-            drift = solve_positive_definite(state.M, rest)
+            drift = LLT(state.M).solve(rest)
             np.minimum(least, drift, out=least)
             np.maximum(most, drift, out=most)
             np.subtract(wanted_lower, least, out=lower)
@@ -245,6 +243,6 @@ class InverseDynamics:
             f"{limit.row_names[row]} {'upper' if rows[row] > 0.0 else 'lower'}"
             for row in np.flatnonzero(np.abs(rows) >= limit.limit).tolist()
         ]
-        acceleration = solve_positive_definite(state.M, torque - h)
+        acceleration = LLT(state.M).solve(torque - h)
         reason = f"{reason}; gravity compensation with damping instead"
         return ControllerOutput(Command(torque), acceleration, tuple(names), elapsed, reason)

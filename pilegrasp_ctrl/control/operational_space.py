@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 from ..arm.model import ArmModel
 from ..arm.state import ArmState
 from ..exceptions import ConfigurationError
-from ..tasks.frame_motion_task import FrameMotionTask
-from ..tasks.frame_task import pose_error
+from ..tasks.frame_task import FrameMotionTask, pose_error
 from ..tasks.gains import MotionGains
 from ..tasks.posture_task import PostureTask
 from ..types import Array, ControllerOutput, Observation, Reference

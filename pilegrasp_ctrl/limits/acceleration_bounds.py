@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from ..types import Array
-from .constraint import AffineBounds
+
+
+class AffineBounds(NamedTuple):
+    """Bounds on the joint accelerations that are affine in the state x = [q; v].
+
+    `lower_matrix x + lower_offset <= a <= upper_matrix x + upper_offset`, matrices (nv, 2 nv), offsets (nv,).
+    """
+
+    lower_matrix: Array
+    lower_offset: Array
+    upper_matrix: Array
+    upper_offset: Array
 
 
 class AffineLimit(Protocol):

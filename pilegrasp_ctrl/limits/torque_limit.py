@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arm.model import ArmModel
-from ..arm.state import ArmState
 from ..types import Array
-from .constraint import Constraint
 
 _ROUND_OFF = 1e-12
 
@@ -74,9 +72,3 @@ class TorqueLimit:
         # S and its inverse round: what is cut stays that much below.
         limit = (1.0 - _ROUND_OFF) * self.limit
         return self._inverse.dot(np.minimum(np.maximum(self.matrix.dot(torque), -limit), limit))
-
-    def constraint(self, state: ArmState) -> Constraint:
-        """Return the rows at one state, without feed-forward."""
-        lower, upper = np.empty_like(self.limit), np.empty_like(self.limit)
-        self.write(lower, upper, state.h)
-        return Constraint(self.rows(state.M), lower, upper)

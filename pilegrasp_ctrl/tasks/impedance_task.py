@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pinocchio as pin
+from eigenpy import LLT, SelfAdjointEigenSolver  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike
 
 from ..arm.state import ArmState
-from ..qp.linear_algebra import inverse_square_root, solve_positive_definite
 from ..types import Array, Reference
 from .frame_task import FrameTask
 from .gains import Impedance
@@ -98,9 +98,9 @@ class ImpedanceTask(FrameTask):
             force += wrench
             return reference.acceleration + force / impedance.inertia
         if mobility is None:
-            mobility = state.J.dot(solve_positive_definite(state.M, state.J.T))
+            mobility = state.J.dot(LLT(state.M).solve(state.J.T))
         if self._sprung:
-            root = inverse_square_root(self._stiff_mobility(mobility))
+            root = SelfAdjointEigenSolver(self._stiff_mobility(mobility)).operatorInverseSqrt()
             force += self._damped_factor.dot(root.dot(self._factor_transposed.dot(rate)))
         rate *= impedance.damping
         force += rate
@@ -115,7 +115,7 @@ class ImpedanceTask(FrameTask):
         """
         damping = np.diag(self.impedance.damping)
         if self._sprung:
-            root = inverse_square_root(self._stiff_mobility(mobility))
+            root = SelfAdjointEigenSolver(self._stiff_mobility(mobility)).operatorInverseSqrt()
             damping += self._damped_factor.dot(root.dot(self._factor_transposed))
         return damping
 

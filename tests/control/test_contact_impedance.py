@@ -7,8 +7,7 @@ import pytest
 from arms import simulate, without_friction
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.control.contact_impedance import HAND_OVER, YIELDING_STIFFNESS, ContactImpedanceController
-from pilegrasp_ctrl.control.force_feedback import ForceFeedback
-from pilegrasp_ctrl.control.force_ramp import ForceRamp
+from pilegrasp_ctrl.control.force_command import ForceFeedback, ForceRamp
 from pilegrasp_ctrl.control.impedance import ImpedanceController
 from pilegrasp_ctrl.control.tool_axes import move_wrench
 from pilegrasp_ctrl.episode import run

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from arms import ARMS, HOME, load, random_states, rubbing, without_friction
-from pilegrasp_ctrl.control.disturbance_observer import DisturbanceObserver
+from pilegrasp_ctrl.control.disturbance_observer import DisturbanceObserver, ObservedController
 from pilegrasp_ctrl.control.friction_compensation import FrictionCompensation
-from pilegrasp_ctrl.control.observed_controller import ObservedController
 from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
 from pilegrasp_ctrl.exceptions import ConfigurationError, ModelError
 from pilegrasp_ctrl.plant.arm_simulation import ArmSimulation

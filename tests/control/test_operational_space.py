@@ -11,8 +11,7 @@ from pilegrasp_ctrl.exceptions import ConfigurationError, ModelError
 from pilegrasp_ctrl.plant.arm_simulation import ArmSimulation
 from pilegrasp_ctrl.plant.tracking import simulate_tracking
 from pilegrasp_ctrl.robots import panda_urdf
-from pilegrasp_ctrl.tasks.frame_motion_task import FrameMotionTask
-from pilegrasp_ctrl.tasks.frame_task import pose_error
+from pilegrasp_ctrl.tasks.frame_task import FrameMotionTask, pose_error
 from pilegrasp_ctrl.tasks.gains import Impedance, MotionGains
 from pilegrasp_ctrl.tasks.posture_task import PostureTask
 from pilegrasp_ctrl.trajectories.straight_line import StraightLine

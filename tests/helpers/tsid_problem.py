@@ -9,7 +9,7 @@ import pinocchio as pin
 import arms
 from pilegrasp_ctrl.arm.model import ArmModel
 from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
-from pilegrasp_ctrl.limits.velocity_limit import VelocityLimit
+from pilegrasp_ctrl.limits.motion_limits import VelocityLimit
 from pilegrasp_ctrl.tasks.gains import MotionGains
 from pilegrasp_ctrl.tasks.posture_task import PostureTask
 from pilegrasp_ctrl.types import Observation, Pose, Reference

@@ -5,7 +5,7 @@ import pytest
 
 from arms import load, without_friction
 from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
-from pilegrasp_ctrl.limits.position_limit import PositionLimit
+from pilegrasp_ctrl.limits.motion_limits import PositionLimit
 from pilegrasp_ctrl.limits.torque_limit import TorqueLimit
 from pilegrasp_ctrl.plant.arm_simulation import ArmSimulation
 from pilegrasp_ctrl.types import MassProperties, Reference

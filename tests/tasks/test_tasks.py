@@ -4,11 +4,9 @@ import pytest
 
 from arms import ARMS, HOME, load, random_states
 from pilegrasp_ctrl.exceptions import ConfigurationError
-from pilegrasp_ctrl.tasks.frame_motion_task import FrameMotionTask
-from pilegrasp_ctrl.tasks.frame_task import FrameTask, pose_error
+from pilegrasp_ctrl.tasks.frame_task import FrameMotionTask, FrameTask, Objective, pose_error
 from pilegrasp_ctrl.tasks.gains import Impedance, MotionGains, load_gains
 from pilegrasp_ctrl.tasks.impedance_task import ImpedanceTask
-from pilegrasp_ctrl.tasks.objective import Objective
 from pilegrasp_ctrl.tasks.posture_task import PostureTask
 from pilegrasp_ctrl.types import Pose, Reference
 

@@ -14,8 +14,7 @@ from ...control.friction_compensation import FrictionCompensation
 from ...control.impedance import ImpedanceController
 from ...control.inverse_dynamics import InverseDynamics
 from ...control.operational_space import DEFAULT_GAINS, OperationalSpaceController
-from ...tasks.frame_motion_task import FrameMotionTask
-from ...tasks.frame_task import pose_error
+from ...tasks.frame_task import FrameMotionTask, pose_error
 from ...tasks.gains import Impedance
 from ...tasks.posture_task import PostureTask
 from ...types import Array, ControllerOutput

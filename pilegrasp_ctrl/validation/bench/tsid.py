@@ -13,8 +13,7 @@ import pinocchio as pin
 
 from ...arm.model import ArmModel
 from ...control.operational_space import DEFAULT_GAINS
-from ...limits.braking import braking_acceleration
-from ...limits.velocity_limit import VelocityLimit
+from ...limits.motion_limits import VelocityLimit, braking_acceleration
 from ...tasks.gains import MotionGains
 from ...tasks.posture_task import PostureTask
 from ...types import Array, Observation, Reference
