@@ -7,13 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..primitives.approach import Approach
-from ..primitives.grasp import Grasp
-from ..primitives.lift import Lift
-from ..primitives.move import Move
-from ..primitives.primitive import Primitive
-from ..primitives.push import Push
-from ..primitives.scoop import Scoop
+from ..primitives.free_motions import Lift, Move
+from ..primitives.grasp import Grasp, Scoop
+from ..primitives.guarded_motions import Approach, Push
+from ..primitives.primitive import UP, Primitive
 from ..sections import LineConfig, StrategyConfig
 from ..types import Array, Pose
 from .hand_use import HandUse
@@ -32,8 +29,6 @@ HAND_HALF_WIDTH = 0.06
 
 HAND_ROOM = 0.12
 """Width of a gap in the pile that the hand can come down in [m]: its fingers, and the first part of its way."""
-
-UP = np.array([0.0, 0.0, 1.0])
 
 LIFT_SPEED = 0.12
 """Speed of the lift [m/s]."""

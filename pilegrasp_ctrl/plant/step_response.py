@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..arm.model import ArmModel
 from ..exceptions import ConfigurationError
-from ..trajectories.step import Step
+from ..trajectories.straight_line import Step
 from ..types import Array
 from .arm_simulation import ArmSimulation
 from .tracking import Controller, simulate_tracking

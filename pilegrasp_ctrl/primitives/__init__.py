@@ -1,1 +1,1 @@
-"""Motion primitives of the grasp strategy: approach, push, grasp and lift, each ended by an event."""
+"""Motion primitives, each of which ends by an event: approach, push, grasp, lift, move, carry and release."""

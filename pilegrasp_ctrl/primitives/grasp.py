@@ -1,29 +1,37 @@
-"""Grasp: close the fingers while the hand keeps its pressure on the pile."""
+"""Grasp, scoop and release: what the hand does with the objects before it."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
+from ..trajectories.straight_line import LineChain, StraightLine
 from ..types import Array, Pose, Reference
-from .primitive import Ending, PrimitiveInput, Setpoint
+from .primitive import NO_FORCE, ActivePath, Ending, PrimitiveInput, Setpoint, horizontal_part
+
+TILT_SPEED = 0.6
+"""Angular speed of the scoop's tilt [rad/s]; chosen."""
+
+TILT_REST_TIME = 0.2
+"""Time at rest after the tilt [s]; chosen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grasp:
-    """Close for `duration`, and go on along the push at a speed that falls to zero as the force reaches F_grasp.
+    """Close the hand for `duration`, and advance along the push at a speed that falls to zero at F_grasp.
 
-    The authors' arm keeps the pressure by being soft: at 17 N its reference is some 0.1 m ahead of it and stays there
-    while the fingers curl and give way. A stiffer arm has to follow.
+    The authors' arm keeps the pressure because it is soft: at 17 N its reference is some 0.1 m ahead of it, and stays
+    there while the fingers curl and give way. A stiffer arm has to follow the fingers.
 
     Attributes:
-        duration: of the closing [s].
-        direction: (3,) of the push, a unit vector in the world.
+        duration: Time that the hand takes to close [s].
+        direction: (3,) unit vector of the push in the world.
         speed: |v_hand| of the push [m/s].
         grasp_force: F_grasp [N].
-        advance: farthest that the reference goes on [m].
+        advance: Longest distance that the reference advances or retreats [m].
     """
 
     duration: float
@@ -41,16 +49,16 @@ class Grasp:
 
 @dataclass(slots=True, eq=False)
 class ActiveGrasp:
-    """A grasp under way; remembers how far it has advanced."""
+    """A grasp under way. It remembers how far it has advanced."""
 
     plan: Grasp
     start: PrimitiveInput
-    here: Pose
+    start_pose: Pose
     _advanced: float = 0.0
     _time: float | None = None
 
     def setpoint(self, inputs: PrimitiveInput) -> Setpoint:
-        """Advance by the time that has passed since the last call, the hand closed."""
+        """Advance for the time since the last call, and close the hand."""
         plan = self.plan
         speed = plan.speed * float(np.clip(1.0 - self.pressure(inputs) / plan.grasp_force, -1.0, 1.0))
         wanted = self._advanced + speed * (inputs.time - (self.start.time if self._time is None else self._time))
@@ -58,7 +66,7 @@ class ActiveGrasp:
         self._advanced = float(np.clip(wanted, -plan.advance, plan.advance))
         moving = self._advanced == wanted
         twist = np.concatenate([moving * speed * plan.direction, np.zeros(3)])
-        return Setpoint(Reference(self.here.moved(self._advanced * plan.direction), twist), 1.0)
+        return Setpoint(Reference(self.start_pose.moved(self._advanced * plan.direction), twist), 1.0)
 
     def pressure(self, inputs: PrimitiveInput) -> float:
         """Return the force against the push [N]; it was F_grasp when the grasp began."""
@@ -66,9 +74,79 @@ class ActiveGrasp:
         return self.plan.grasp_force - float(change)
 
     def force(self, inputs: PrimitiveInput) -> float:
-        """Return how much the force on the hand has changed."""
+        """Return the magnitude of the force change [N]."""
         return float(np.linalg.norm(inputs.wrench[:3] - self.start.wrench[:3]))
 
     def ending(self, inputs: PrimitiveInput) -> Ending | None:
-        """End when the closing has had its time; the hand has no sensor that could tell more."""
+        """End after the closing time, because the hand has no sensor of its own."""
         return Ending("closed") if inputs.time - self.start.time >= self.plan.duration else None
+
+
+@dataclass(frozen=True, slots=True)
+class Scoop:
+    """Tilt back by `angle` about the heel: the grasp of a shovel.
+
+    Attributes:
+        angle: Angle of the tilt [rad].
+        heel: Distance from the leading edge to the heel [m].
+        slope: Slope of the shovel's floor before the tilt [rad].
+    """
+
+    angle: float
+    heel: float
+    slope: float
+    name: str = "grasp"
+    tares: ClassVar[bool] = False
+
+    def begin(self, inputs: PrimitiveInput, last: Setpoint) -> ActiveScoop:
+        """Start from the last reference pose.
+
+        The leading edge follows the chord of its arc about the heel, so that the heel is not pressed into the support.
+        """
+        here = last.reference.pose
+        before, after = self.slope, self.slope - self.angle
+        forward = self.heel * (math.cos(after) - math.cos(before))
+        upward = self.heel * (math.sin(before) - math.sin(after))
+        level = horizontal_part(here.rotation)
+        displacement = forward * level / np.linalg.norm(level) + np.array([0.0, 0.0, upward])
+        turn = -self.angle * here.rotation[:, 1]
+        line = StraightLine(here, displacement, 1.0, rotation=turn, angular_speed=TILT_SPEED)
+        return ActiveScoop(inputs, LineChain((line,)), last.closure, NO_FORCE)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ActiveScoop(ActivePath):
+    """A scoop under way."""
+
+    def ending(self, inputs: PrimitiveInput) -> Ending | None:
+        """End after the tilt and the rest time."""
+        return Ending("tilted back") if self.elapsed(inputs) >= self.path.duration + TILT_REST_TIME else None
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """Stay and keep the hand open for `duration`; the objects roll off the sloping fingers.
+
+    Attributes:
+        duration: Time for which the hand is open [s].
+    """
+
+    duration: float
+    name: str = "release"
+    tares: ClassVar[bool] = True
+
+    def begin(self, inputs: PrimitiveInput, last: Setpoint) -> ActiveRelease:
+        """Stay at the last reference pose."""
+        rest = StraightLine(last.reference.pose, np.zeros(3), 1.0)
+        return ActiveRelease(inputs, LineChain((rest,)), 0.0, NO_FORCE, self)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ActiveRelease(ActivePath):
+    """A release under way."""
+
+    plan: Release
+
+    def ending(self, inputs: PrimitiveInput) -> Ending | None:
+        """End after `duration`, because the hand has no sensor of its own."""
+        return Ending("opened") if self.elapsed(inputs) >= self.plan.duration else None

@@ -17,9 +17,9 @@ from ..planning.layout import BIN_CENTER
 from ..planning.push_goal import PushGoal
 from ..planning.strategy import HAND_HALF_WIDTH, Plan, tool_rotation
 from ..planning.walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, inside
-from ..primitives.carry import Carry
+from ..primitives.free_motions import Carry
+from ..primitives.grasp import Release
 from ..primitives.primitive import Primitive
-from ..primitives.release import Release
 from ..types import Array, Outcome, Pose
 
 CARRY_SPEED = 0.25

@@ -1,1 +1,1 @@
-"""References over time: position, velocity and acceleration that agree with each other."""
+"""Trajectories of the tool frame: pose, twist and acceleration over time."""

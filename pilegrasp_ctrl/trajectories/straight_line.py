@@ -1,4 +1,4 @@
-"""The hand's motion in every primitive: a straight line at a constant speed, turning steadily if asked to."""
+"""Straight motions of the tool: one line, lines in sequence, and a jump."""
 
 from __future__ import annotations
 
@@ -10,21 +10,28 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..types import Array, Pose, Reference, frozen_array
-from .speed_profile import SpeedProfile
+from .speed_profile import (
+    MAX_ACCELERATION,
+    MAX_ANGULAR_ACCELERATION,
+    MAX_ANGULAR_SPEED,
+    RESTING,
+    SpeedProfile,
+    require_positive,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
 class StraightLine:
-    """A straight line from rest to rest; the orientation turns about a fixed axis in step with the way.
+    """A straight line from rest to rest. The tool turns about a fixed axis in proportion to the distance travelled.
 
     Attributes:
         start: `transform_tool_to_world` at time 0.
-        end: and at `duration`.
-        displacement: (3,) [m].
-        rotation: (3,) rotation vector to turn by, world axes [rad].
-        length: of the line [m].
-        duration: [s].
-        profile: of the path parameter, which runs from 0 to 1.
+        end: `transform_tool_to_world` at `duration`.
+        displacement: (3,) displacement of the tool [m].
+        rotation: (3,) rotation vector of the tool, in world axes [rad].
+        length: Length of the line [m].
+        duration: Time from rest to rest [s].
+        profile: Speed profile of the path parameter, which runs from 0 to 1.
     """
 
     start: Pose
@@ -42,46 +49,44 @@ class StraightLine:
         displacement: ArrayLike,
         speed: float,
         *,
-        acceleration: float = 0.5,
+        acceleration: float = MAX_ACCELERATION,
         rotation: ArrayLike = (0.0, 0.0, 0.0),
-        angular_speed: float = 0.5,
-        angular_acceleration: float = 2.5,
+        angular_speed: float = MAX_ANGULAR_SPEED,
+        angular_acceleration: float = MAX_ANGULAR_ACCELERATION,
     ) -> None:
-        """Plan the motion; whichever of translation and rotation takes longer sets the pace of both.
+        """Plan the motion. The slower one of translation and rotation sets the duration of both.
 
         Args:
-            start: where the tool is, `transform_tool_to_world`.
-            displacement: (3,) [m]; zero turns in place.
-            speed: of the translation [m/s].
-            acceleration: peak acceleration of the translation [m/s²].
-            rotation: (3,) rotation vector to turn by along the way, world axes [rad].
-            angular_speed: largest speed of the rotation [rad/s].
-            angular_acceleration: peak acceleration of the rotation [rad/s²].
+            start: Start pose, `transform_tool_to_world`.
+            displacement: (3,) displacement of the tool [m]; zero to turn in place.
+            speed: Speed of the translation [m/s].
+            acceleration: Peak acceleration of the translation [m/s²].
+            rotation: (3,) rotation vector of the tool, in world axes [rad].
+            angular_speed: Largest speed of the rotation [rad/s].
+            angular_acceleration: Peak acceleration of the rotation [rad/s²].
 
         Raises:
-            ValueError: where a vector has a wrong shape, a value is not finite, or a speed or acceleration is not
+            ArgumentError: A vector has a wrong shape, a value is not finite, or a speed or acceleration is not
                 positive.
         """
         displacement = frozen_array(displacement, (3,), "displacement")
         rotation = frozen_array(rotation, (3,), "rotation")
-        for name, value in (
-            ("speed", speed),
-            ("acceleration", acceleration),
-            ("angular_speed", angular_speed),
-            ("angular_acceleration", angular_acceleration),
-        ):
-            if not 0.0 < value < inf:
-                raise ValueError(f"{name} = {value} must be positive and finite")
+        require_positive(
+            speed=speed,
+            acceleration=acceleration,
+            angular_speed=angular_speed,
+            angular_acceleration=angular_acceleration,
+        )
         length, angle = sqrt(displacement @ displacement), sqrt(rotation @ rotation)
         moves = length > 0.0 or angle > 0.0
-        rate = min(_over(speed, length), _over(angular_speed, angle))
-        rise = min(_over(acceleration, length), _over(angular_acceleration, angle))
+        path_speed = min(_ratio(speed, length), _ratio(angular_speed, angle))
+        path_acceleration = min(_ratio(acceleration, length), _ratio(angular_acceleration, angle))
         set_ = object.__setattr__
         set_(self, "start", start)
         set_(self, "displacement", displacement)
         set_(self, "rotation", rotation)
         set_(self, "length", length)
-        set_(self, "profile", SpeedProfile(1.0, rate, rise) if moves else SpeedProfile(0.0, 1.0, 1.0))
+        set_(self, "profile", SpeedProfile(1.0, path_speed, path_acceleration) if moves else RESTING)
         set_(self, "_turns", angle > 0.0)
         set_(self, "_path", np.concatenate((displacement, rotation)))
         set_(self, "end", Pose(start.translation + displacement, self._rotation(1.0)))
@@ -92,14 +97,83 @@ class StraightLine:
         return self.profile.duration
 
     def at(self, time: float) -> Reference:
-        """Return the reference at `time` [s]; at rest at either end outside the motion."""
-        s, rate, rise = self.profile.at(time)
+        """Return the reference at `time` [s]; at rest before the start and after the end."""
+        s, speed, acceleration = self.profile.at(time)
         pose = Pose.trusted(self.start.translation + s * self.displacement, self._rotation(s))
-        return Reference.trusted(pose, rate * self._path, rise * self._path)
+        return Reference.trusted(pose, speed * self._path, acceleration * self._path)
 
     def _rotation(self, s: float) -> Array:
         return pin.exp3(s * self.rotation).dot(self.start.rotation) if self._turns else self.start.rotation
 
 
-def _over(value: float, size: float) -> float:
+@dataclass(frozen=True, slots=True)
+class LineChain:
+    """Straight lines in sequence, at rest in between.
+
+    Attributes:
+        lines: At least one line; each starts where the one before it ends.
+    """
+
+    lines: tuple[StraightLine, ...]
+
+    @property
+    def duration(self) -> float:
+        """Time from rest to rest [s]."""
+        return sum(line.duration for line in self.lines)
+
+    @property
+    def end(self) -> Pose:
+        """`transform_tool_to_world` at `duration`."""
+        return self.lines[-1].end
+
+    def at(self, time: float) -> Reference:
+        """Return the reference at `time` [s]; at rest before the start and after the end."""
+        for line in self.lines[:-1]:
+            if time < line.duration:
+                return line.at(time)
+            time -= line.duration
+        return self.lines[-1].at(time)
+
+
+@dataclass(frozen=True, slots=True, eq=False, init=False)
+class Step:
+    """A jump at time 0 from one resting pose to another, for step responses. Twist and acceleration are zero.
+
+    Attributes:
+        start: `transform_tool_to_world` before time 0.
+        end: `transform_tool_to_world` from time 0 on.
+        displacement: (3,) displacement of the tool [m].
+        rotation: (3,) rotation vector of the tool, in world axes [rad].
+        duration: Zero, because a jump takes no time [s].
+    """
+
+    start: Pose
+    displacement: Array
+    rotation: Array
+    end: Pose = field(repr=False)
+
+    def __init__(self, start: Pose, displacement: ArrayLike, rotation: ArrayLike = (0.0, 0.0, 0.0)) -> None:
+        """Compute the end pose.
+
+        Raises:
+            ArgumentError: A vector has a wrong shape or a value is not finite.
+        """
+        set_ = object.__setattr__
+        set_(self, "start", start)
+        set_(self, "displacement", frozen_array(displacement, (3,), "displacement"))
+        set_(self, "rotation", frozen_array(rotation, (3,), "rotation"))
+        turned = pin.exp3(np.array(self.rotation)) @ start.rotation
+        set_(self, "end", Pose(start.translation + self.displacement, turned))
+
+    @property
+    def duration(self) -> float:
+        """Time from rest to rest [s]."""
+        return 0.0
+
+    def at(self, time: float) -> Reference:
+        """Return the reference at `time` [s]."""
+        return Reference(self.start if time < 0.0 else self.end)
+
+
+def _ratio(value: float, size: float) -> float:
     return value / size if size > 0.0 else inf

@@ -5,15 +5,10 @@ import pytest
 
 from pilegrasp_ctrl.planning.hand_use import HandUse
 from pilegrasp_ctrl.planning.strategy import HAND_ROOM, line_plan, pile_extent, pile_strategy, tool_rotation
-from pilegrasp_ctrl.primitives.approach import Approach
-from pilegrasp_ctrl.primitives.carry import Carry
-from pilegrasp_ctrl.primitives.grasp import Grasp
-from pilegrasp_ctrl.primitives.lift import Lift
-from pilegrasp_ctrl.primitives.move import Move
+from pilegrasp_ctrl.primitives.free_motions import Carry, Lift, Move
+from pilegrasp_ctrl.primitives.grasp import Grasp, Release, Scoop
+from pilegrasp_ctrl.primitives.guarded_motions import Approach, Push
 from pilegrasp_ctrl.primitives.primitive import PrimitiveInput, Setpoint
-from pilegrasp_ctrl.primitives.push import Push
-from pilegrasp_ctrl.primitives.release import Release
-from pilegrasp_ctrl.primitives.scoop import Scoop
 from pilegrasp_ctrl.sections import LineConfig, StrategyConfig
 from pilegrasp_ctrl.types import Pose, Reference
 

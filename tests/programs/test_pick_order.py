@@ -13,9 +13,9 @@ from pilegrasp_ctrl.planning.layout import make_layout
 from pilegrasp_ctrl.planning.push_goal import NEAR_A_FAILED_LINE
 from pilegrasp_ctrl.planning.strategy import Plan, tool_rotation
 from pilegrasp_ctrl.planning.walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, inside
-from pilegrasp_ctrl.primitives.carry import BACK, Carry
+from pilegrasp_ctrl.primitives.free_motions import CARRY_BACK, Carry
+from pilegrasp_ctrl.primitives.grasp import Release
 from pilegrasp_ctrl.primitives.primitive import PrimitiveInput, Setpoint
-from pilegrasp_ctrl.primitives.release import Release
 from pilegrasp_ctrl.programs.pick_order import PickOrder, delivery_pose
 from pilegrasp_ctrl.sections import PileConfig, SupportConfig
 from pilegrasp_ctrl.types import Outcome, Pose, Reference
@@ -216,7 +216,7 @@ def test_carry_rises_before_it_crosses_and_arrives_turned():
     across = np.abs(way[:, 1]) > 1e-6
     assert way[across, 2].min() > 0.22 - 1e-9
     # It backs off from where the hand is, not from where the reference has gone.
-    assert way[~across, 0].min() == pytest.approx(0.9 - 0.02 - BACK, abs=1e-6)
+    assert way[~across, 0].min() == pytest.approx(0.9 - 0.02 - CARRY_BACK, abs=1e-6)
     end = active.path.at(active.path.duration).pose
     np.testing.assert_allclose(end.rotation, delivery_pose(0.9).rotation, atol=1e-9)
     np.testing.assert_allclose(end.translation, delivery_pose(0.9).translation, atol=1e-9)

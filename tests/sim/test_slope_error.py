@@ -14,7 +14,7 @@ from pilegrasp_ctrl.episode import run
 from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.planning.layout import make_layout
 from pilegrasp_ctrl.planning.strategy import PRE_GRASP_HEIGHT
-from pilegrasp_ctrl.primitives.approach import SEARCH_DEPTH
+from pilegrasp_ctrl.primitives.guarded_motions import SEARCH_DEPTH
 from pilegrasp_ctrl.primitives.primitive import Setpoint
 from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.sections import PileConfig, SupportConfig
