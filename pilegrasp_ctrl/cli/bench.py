@@ -19,7 +19,7 @@ from .application import app
 from .options import DebugOption, JsonOption, make_console, print_json
 
 if TYPE_CHECKING:
-    from ..validation.bench.compare import Change
+    from ..validation.bench.judgement import Change
     from ..validation.bench.result import BenchResult, Row
 
 
@@ -40,7 +40,7 @@ def bench(
         check_output(save, ".json")
 
     from ..validation.bench.benchmark import FULL, QUICK, run_benchmark
-    from ..validation.bench.compare import compare as compare_results
+    from ..validation.bench.judgement import compare as compare_results
     from ..validation.bench.result import load_result
 
     old = None if compare is None else load_result(compare)
@@ -95,7 +95,7 @@ def _print_result(console: Console, result: BenchResult) -> None:
         console.print("[yellow]other programs are running: the tails suffer most", soft_wrap=True)
     _print_rows(console, "tick (ratio: to the yardstick)", _of(result, "tick"), "us")
     _print_rows(console, "peer (ratio: to the operational-space tick)", _of(result, "peer"), "us")
-    _print_rows(console, "stage of the operational-space tick (ratio: to the yardstick)", _of(result, "stage"), "us")
+    _print_rows(console, "part of the operational-space tick (ratio: to the yardstick)", _of(result, "stage"), "us")
     _print_rows(console, "fresh interpreter (ratio: to import numpy)", _of(result, "import"), "ms")
     _print_memory(console, result)
     _print_loop(console, result)

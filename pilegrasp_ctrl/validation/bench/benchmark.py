@@ -1,4 +1,4 @@
-"""What `pilegrasp bench` measures, all in one run: the control tick, its peers, the closed loop, and imports."""
+"""The run of `pilegrasp bench`: the control tick, its peers, the closed loop, and imports."""
 
 from __future__ import annotations
 
@@ -10,20 +10,21 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from .clock import Work, garbage_kept, time_in_turns
-from .imports import time_imports
+from .clock import Work, garbage_kept, time_imports, time_in_turns
+from .judgement import judge
 from .loop import loop_rows, time_loop
-from .machine import settings_of, versions
 from .motion import ARMS, BenchArm, RecordedLine, record_line, tighten
 from .peers import PEERS
-from .result import BenchResult, Memory, Row, timed_row
-from .targets import judge
-from .ticks import StagedTick, allocations, impedance, operational_space
+from .result import BenchResult, Memory, Row, settings_of, timed_row, versions
+from .ticks import TickParts, allocations, impedance, operational_space
 
 Progress = Callable[[float, str], None]
 
 YARDSTICK = "yardstick"
+"""Key of the fixed work to which the project's own ticks are compared."""
+
 COMPILED = "operational space, compiled"
+"""Key of the tick whose controller is compiled."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,15 +32,15 @@ class Size:
     """How much to measure.
 
     Attributes:
-        blocks: rounds in which every tick has its turn.
-        block_time: of each in a round [s].
-        allocation_ticks: over how many ticks to watch the memory.
-        import_rounds: interpreters started for each line, beside one that does not count.
-        scenario: of the closed loop.
-        seeds: of its attempts.
-        overrides: dotted keys of that scenario.
-        arms: names of the arms.
-        quick: whether that is little.
+        blocks: Number of rounds in which every tick has its turn.
+        block_time: Time of each tick in a round [s].
+        allocation_ticks: Number of ticks over which memory is watched.
+        import_rounds: Number of interpreters started for each line, beside one that does not count.
+        scenario: Scenario of the closed loop.
+        seeds: Seeds of its attempts.
+        overrides: Dotted keys of that scenario.
+        arms: Names of the arms.
+        quick: Whether these are few samples.
     """
 
     blocks: int = 80
@@ -61,29 +62,29 @@ def run_benchmark(size: Size = FULL, progress: Progress = lambda fraction, what:
     """Measure everything that `size` asks for.
 
     Args:
-        size: how much.
-        progress: called with the share that is done and what is being measured.
+        size: How much to measure.
+        progress: Function that gets the share that is done and the name of what is being measured.
 
     Raises:
-        PilegraspError: where the scenario or an arm cannot be used.
+        PilegraspError: The scenario or an arm cannot be used.
     """
     settings = settings_of(size.scenario, size.seeds, size.quick)
     arms = [arm for arm in ARMS if arm.name in size.arms]
-    parts = _Parts(progress, len(arms) * (size.blocks + 10) + 50 * len(size.seeds) + 10 * (1 + size.import_rounds))
+    work = _WorkDone(progress, len(arms) * (size.blocks + 10) + 50 * len(size.seeds) + 10 * (1 + size.import_rounds))
     rows: list[Row] = []
     memory: list[Memory] = []
     for arm in arms:
-        arm_rows, arm_memory = _ticks(arm, size, parts)
+        arm_rows, arm_memory = _ticks(arm, size, work)
         rows += arm_rows
         memory += arm_memory
-    parts.say("closed loop")
-    timings = {"": time_loop(size.scenario, size.seeds, size.overrides, lambda: parts.done(25))}
+    work.say("closed loop")
+    timings = {"": time_loop(size.scenario, size.seeds, size.overrides, lambda: work.done(25))}
     if _can_compile():
         overrides = {**size.overrides, "controller.compiled": True}
-        timings[", compiled"] = time_loop(size.scenario, size.seeds, overrides, lambda: parts.done(25))
-    parts.say("imports")
+        timings[", compiled"] = time_loop(size.scenario, size.seeds, overrides, lambda: work.done(25))
+    work.say("imports")
     if size.import_rounds:
-        imports = time_imports(size.import_rounds, lambda: parts.done(10))
+        imports = time_imports(size.import_rounds, lambda: work.done(10))
         rows += _ratios((timed_row(key, "import", value) for key, value in imports.items()), "import numpy")
     loop = tuple(row for suffix, timing in timings.items() for row in loop_rows(timing, suffix))
     return BenchResult(
@@ -97,8 +98,8 @@ def run_benchmark(size: Size = FULL, progress: Progress = lambda fraction, what:
     )
 
 
-class _Parts:
-    """Counts what is done for the progress bar."""
+class _WorkDone:
+    """Counter of what is done, for the progress bar."""
 
     def __init__(self, progress: Progress, total: int) -> None:
         self._progress, self._total, self._count, self._what = progress, total, 0, ""
@@ -112,12 +113,12 @@ class _Parts:
         self._progress(min(1.0, self._count / self._total), self._what)
 
 
-def _ticks(source: BenchArm, size: Size, parts: _Parts) -> tuple[list[Row], list[Memory]]:
+def _ticks(source: BenchArm, size: Size, work: _WorkDone) -> tuple[list[Row], list[Memory]]:
     name = source.name
-    parts.say(f"{name}: recording a line")
+    work.say(f"{name}: recording a line")
     line = record_line(source, source.load())
     tight = record_line(source, tighten(line))
-    staged = {solver: StagedTick(line, solver) for solver in ("daqp", "osqp")}
+    parts = {solver: TickParts(line, solver) for solver in ("daqp", "osqp")}
     limited = operational_space(tight)
     share = np.mean([bool(limited(index).active_limits) for index in range(len(tight.observations))])
     own: dict[str, tuple[Callable[[int], Any], str]] = {
@@ -130,19 +131,19 @@ def _ticks(source: BenchArm, size: Size, parts: _Parts) -> tuple[list[Row], list
     if _can_compile():
         own[COMPILED] = operational_space(line, compiled=True), "the same in numba between Pinocchio and daqp"
     peers = {f"{name} {peer.key}": (peer.tick(line), peer.does) for peer in PEERS}
-    works = [Work(f"{name} {key}", call) for key, (call, _) in own.items()]
-    works += [tick.work(f"{name} stages {solver}") for solver, tick in staged.items()]
-    works += [Work(key, call) for key, (call, _) in peers.items() if not isinstance(call, str)]
-    parts.done(10)
-    parts.say(f"{name}: ticks")
+    pieces = [Work(f"{name} {key}", call) for key, (call, _) in own.items()]
+    pieces += [tick.work(f"{name} parts {solver}") for solver, tick in parts.items()]
+    pieces += [Work(key, call) for key, (call, _) in peers.items() if not isinstance(call, str)]
+    work.done(10)
+    work.say(f"{name}: ticks")
 
     def round_done() -> None:
-        for tick in staged.values():
+        for tick in parts.values():
             tick.block_done()
-        parts.done()
+        work.done()
 
     with garbage_kept():
-        timings = time_in_turns(works, size.blocks, size.block_time, round_done)
+        timings = time_in_turns(pieces, size.blocks, size.block_time, round_done)
         memory = [
             Memory(key=f"{name} {key}", **allocations(own[key][0], size.allocation_ticks)._asdict())
             for key in ("operational space", "impedance")
@@ -156,21 +157,21 @@ def _ticks(source: BenchArm, size: Size, parts: _Parts) -> tuple[list[Row], list
             else timed_row(key, "peer", timings[key], does)
         )
     rows = _ratios(ticks, f"{name} {YARDSTICK}", f"{name} operational space")
-    return rows + _stage_rows(name, staged, ticks[0]), memory
+    return rows + _part_rows(name, parts, ticks[0]), memory
 
 
 def _can_compile() -> bool:
     return find_spec("numba") is not None
 
 
-def _stage_rows(name: str, staged: Mapping[str, StagedTick], yardstick: Row) -> list[Row]:
-    rows = [timed_row(f"{name} {stage}", "stage", timing) for stage, timing in staged["daqp"].timings().items()]
-    rows.append(timed_row(f"{name} QP, osqp", "stage", staged["osqp"].timings()["QP"]))
+def _part_rows(name: str, parts: Mapping[str, TickParts], yardstick: Row) -> list[Row]:
+    rows = [timed_row(f"{name} {part}", "stage", timing) for part, timing in parts["daqp"].timings().items()]
+    rows.append(timed_row(f"{name} QP, osqp", "stage", parts["osqp"].timings()["QP"]))
     return [_with_ratio(row, yardstick) for row in rows]
 
 
 def _ratios(rows: Iterable[Row], against: str, peers_against: str = "") -> list[Row]:
-    """Return the rows with their ratios to the row called `against`; for peers to another."""
+    """Return the rows with their ratios to the row `against`, those of peers with ratios to `peers_against`."""
     rows = list(rows)
     named = {row.key: row for row in rows}
     return [_with_ratio(row, named[peers_against if row.table == "peer" else against]) for row in rows]
@@ -179,7 +180,7 @@ def _ratios(rows: Iterable[Row], against: str, peers_against: str = "") -> list[
 def _with_ratio(row: Row, other: Row) -> Row:
     if not row.count or row.key == other.key:
         return row
-    # Both blocks of one round met the machine in the same mood.
+    # The two blocks of one round ran under the same load of the machine.
     ratios = np.array(row.blocks_us) / np.array(other.blocks_us)
     low, middle, high = np.percentile(ratios, [10.0, 50.0, 90.0]).tolist()
     spread = 0.5 * (high - low) / middle
@@ -187,7 +188,7 @@ def _with_ratio(row: Row, other: Row) -> Row:
 
 
 def _yardstick(line: RecordedLine) -> Callable[[int], object]:
-    """Return work of a tick's kind and size that no change of the project makes faster or slower."""
+    """Return work of a tick's kind and size whose time no change of the project affects."""
     model = line.arm.pinocchio_model
     data, observations, count = model.createData(), line.observations, len(line.observations)
     matrix, out = np.eye(model.nv), np.empty(model.nv)

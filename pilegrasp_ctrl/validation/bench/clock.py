@@ -1,8 +1,10 @@
-"""Clocks of the benchmark: pieces of work are timed in turns, so that the machine's moods meet all of them alike."""
+"""Clocks of the benchmark: pieces of work take turns, so that other programs disturb all of them alike."""
 
 from __future__ import annotations
 
 import gc
+import subprocess
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from time import perf_counter
@@ -13,26 +15,38 @@ import numpy as np
 from ...types import Array
 
 WARM_UP = 20
-"""Calls of each piece of work before the first block counts."""
+"""Calls of each piece of work before its first block [-]; chosen."""
 
 LEAD_IN = 5
-"""Calls at the start of each block that do not count: they find the caches full of another piece of work."""
+"""Calls at the start of each block that do not count [-], because the caches hold another piece of work; chosen."""
 
 FEWEST_CALLS = 5
-"""A block of a slow piece of work counts at least this many calls."""
+"""Least number of calls in a block of a slow piece of work [-]; chosen."""
+
+STATEMENTS = {
+    "python": "pass",
+    "import numpy": "import numpy",
+    "import pinocchio": "import pinocchio",
+    "import mujoco": "import mujoco",
+    "import pilegrasp_ctrl": "import pilegrasp_ctrl",
+    "pilegrasp list": "from pilegrasp_ctrl.cli import main; main(['list'])",
+    "first controller": "import pilegrasp_ctrl as pg; pg.OperationalSpaceController(pg.ArmModel.load('wam7'))",
+    "import mink": "import mink",
+}
+"""Statements that fresh interpreters are timed with; all of them include the time of the first."""
 
 
 class Timing(NamedTuple):
     """How long one piece of work took.
 
     Attributes:
-        calls: how many were timed.
-        median: [s].
+        calls: Number of calls that were timed.
+        median: Median [s].
         p99: 99th percentile [s].
-        worst: [s].
-        blocks: the median of each block [s]; their spread is the machine's noise.
-        tail: p99 over median within a block, the median over the blocks. A block is about as long as the slice of time
-            for which the system hands the processor to another program, so that one such break does not count.
+        worst: Longest call [s].
+        blocks: Median of each block [s]; their spread is the machine's noise.
+        tail: Ratio of p99 to median within a block, the median over the blocks. A block is about as long as the slice
+            of time that the system gives to another program, so one such break does not count.
     """
 
     calls: int
@@ -56,8 +70,8 @@ class Work(NamedTuple):
     """A piece of work that can be repeated.
 
     Attributes:
-        key: its name in the result.
-        call: does it once; the argument counts up from 0.
+        key: Name in the result.
+        call: Function that does the work once; its argument counts up from 0.
     """
 
     key: str
@@ -66,7 +80,7 @@ class Work(NamedTuple):
 
 @contextmanager
 def garbage_kept() -> Iterator[None]:
-    """Keep the collector out of the measurements, as the closed loop does; collect before and after."""
+    """Keep the garbage collector out of the measurements, as the closed loop does; collect before and after."""
     enabled = gc.isenabled()
     gc.collect()
     gc.disable()
@@ -83,13 +97,13 @@ def time_in_turns(
 ) -> dict[str, Timing]:
     """Time every piece of work in `blocks` blocks of about `block_time` [s], one block of each in turn.
 
-    Only what is compared within one run of this function deserves to be compared.
+    Compare only timings of one call of this function.
 
     Args:
-        works: what to time; keys differ.
-        blocks: number of blocks of each.
-        block_time: what a block of each should take [s].
-        block_done: called after each round of blocks.
+        works: Pieces of work; their keys differ.
+        blocks: Number of blocks of each.
+        block_time: Time that a block of each should take [s].
+        block_done: Function that is called after each round of blocks.
     """
     calls = {work.key: _calls(work, block_time) for work in works}
     durations: dict[str, list[Array]] = {work.key: [] for work in works}
@@ -118,3 +132,22 @@ def _block(call: Callable[[int], object], indices: range) -> Array:
         call(index)
         durations[position] = perf_counter() - start
     return durations
+
+
+def time_imports(rounds: int, round_done: Callable[[], None] = lambda: None) -> dict[str, Timing]:
+    """Start a fresh interpreter for each of `STATEMENTS`, `rounds` times in turns.
+
+    One more round comes first and does not count; it fills the file system's cache.
+
+    Args:
+        rounds: Number of rounds that count, at least 1.
+        round_done: Function that is called after each round, the first included.
+    """
+    durations: dict[str, list[float]] = {key: [] for key in STATEMENTS}
+    for _ in range(1 + rounds):
+        for key, statement in STATEMENTS.items():
+            start = perf_counter()
+            subprocess.run([sys.executable, "-c", statement], check=True, stdout=subprocess.DEVNULL)
+            durations[key].append(perf_counter() - start)
+        round_done()
+    return {key: Timing.of([np.array([value]) for value in values[1:]]) for key, values in durations.items()}

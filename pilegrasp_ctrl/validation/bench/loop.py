@@ -1,4 +1,4 @@
-"""The closed loop of an attempt against bare physics of the same scene along the same trajectory."""
+"""The closed loop of an attempt, compared with bare physics of the same scene along the same trajectory."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ from ...types import Array, Observation
 from .result import LoopRow
 
 CHUNK = 50
-"""Control periods between two replays."""
+"""Control periods between two replays [-]; chosen."""
 
 
 class Chunk(NamedTuple):
     """`CHUNK` control periods, and the same physics steps without anything around them.
 
     Attributes:
-        start: simulated time [s].
-        loop: processor time that the loop took [s].
-        bare: processor time of the engine's steps alone, when the same commands were replayed from the same state [s].
-        control: from one observation to its command: the arm's state, the primitive and the controller; the median [s].
-        same: whether the replay ended in the very same state.
+        start: Simulated time at the start [s].
+        loop: Processor time of the loop [s].
+        bare: Processor time of the engine's steps alone, when the same commands are replayed from the same state [s].
+        control: Time from an observation to its command: the arm's state, the primitive and the controller; the median
+            of the chunk [s].
+        same: Whether the replay ended in exactly the same state.
     """
 
     start: float
@@ -40,20 +41,20 @@ class Chunk(NamedTuple):
 
 
 class MeteredSimulation(Simulation):
-    """A simulation that takes the time of the loop around it, and replays every chunk of commands without the loop.
+    """A simulation that times the loop around it, and replays every chunk of commands without the loop.
 
-    The replay runs on data of its own, from the state at the chunk's start, so the loop goes on as if nothing had
-    happened. Its time and that of the notes taken are not counted. Loop and replay are timed by the processor time of
-    the thread, in which other programs do not count.
+    The replay starts from the state at the chunk's start and has its own data, so it does not disturb the loop. The
+    time of the replay and of the bookkeeping is not counted. Loop and replay are timed by the processor time of the
+    thread, in which other programs do not count.
     """
 
     def __init__(self, inner: Simulation) -> None:
-        """Take the place of `inner`, whose data and sensor it uses from now on."""
+        """Take the place of `inner`, and use its data and sensor from now on."""
         vars(self).update(vars(inner))
         self._model = self.scene.model
         self._twin = mujoco.MjData(self._model)
-        self._kind = mujoco.mjtState.mjSTATE_INTEGRATION
-        self._state, self._after = (np.empty(mujoco.mj_stateSize(self._model, self._kind)) for _ in range(2))
+        self._signature = mujoco.mjtState.mjSTATE_INTEGRATION
+        self._state, self._after = (np.empty(mujoco.mj_stateSize(self._model, self._signature)) for _ in range(2))
         self.chunks: list[Chunk] = []
         self._commands: list[Array] = []
         self._controls: list[float] = []
@@ -74,38 +75,38 @@ class MeteredSimulation(Simulation):
         super().apply(torque, closure)
 
     def step(self) -> None:
-        """Advance by one control period, and note the command."""
+        """Advance by one control period, and keep the command."""
         start = perf_counter()
         self._commands.append(self.data.ctrl.copy())
-        self._notes += perf_counter() - start
+        self._bookkeeping += perf_counter() - start
         super().step()
 
     def _open(self) -> None:
-        mujoco.mj_getState(self._model, self.data, self._state, self._kind)
-        self._start, self._notes = float(self.data.time), 0.0
+        mujoco.mj_getState(self._model, self.data, self._state, self._signature)
+        self._start, self._bookkeeping = float(self.data.time), 0.0
         self._commands.clear()
         self._controls.clear()
         self._begun = thread_time()
 
     def _close(self) -> None:
-        loop = thread_time() - self._begun - self._notes
+        loop = thread_time() - self._begun - self._bookkeeping
         control = float(np.median(self._controls))
         bare, same = self._replay()
         self.chunks.append(Chunk(self._start, loop, bare, control, same))
         self._open()
 
     def _replay(self) -> tuple[float, bool]:
-        """Return the processor time of the engine's steps, and whether they led to the state of the loop."""
+        """Return the processor time of the engine's steps, and whether they end in the state of the loop."""
         model, twin, steps = self._model, self._twin, range(self._steps)
-        mujoco.mj_setState(model, twin, self._state, self._kind)
+        mujoco.mj_setState(model, twin, self._state, self._signature)
         begun = thread_time()
         for command in self._commands:
             twin.ctrl[:] = command
             for _ in steps:
                 mujoco.mj_step(model, twin)
         bare = thread_time() - begun
-        mujoco.mj_getState(model, self.data, self._state, self._kind)
-        mujoco.mj_getState(model, twin, self._after, self._kind)
+        mujoco.mj_getState(model, self.data, self._state, self._signature)
+        mujoco.mj_getState(model, twin, self._after, self._signature)
         return bare, bool(np.array_equal(self._state, self._after))
 
 
@@ -113,10 +114,10 @@ class LoopTiming(NamedTuple):
     """Attempts with a clock in the loop.
 
     Attributes:
-        scenario: its name.
-        period: of the control [s].
-        chunks: of all attempts, in order.
-        push: for each chunk, whether it lies within the push.
+        scenario: Name of the scenario.
+        period: Control period [s].
+        chunks: Chunks of all attempts, in order.
+        push: Whether each chunk lies within the push.
     """
 
     scenario: str
@@ -134,13 +135,13 @@ def time_loop(
     """Run one attempt for each seed.
 
     Args:
-        scenario: name of a scenario.
-        seeds: of piles and sensor noise.
-        overrides: dotted keys and values.
-        done: called after each attempt.
+        scenario: Name of a scenario.
+        seeds: Seeds of piles and sensor noise.
+        overrides: Dotted keys and values.
+        done: Function that is called after each attempt.
 
     Raises:
-        PilegraspError: where the scenario cannot be run.
+        PilegraspError: The scenario cannot be run.
     """
     chosen = load_scenario(scenario, overrides)
     chunks: list[Chunk] = []
@@ -163,8 +164,8 @@ def loop_rows(timing: LoopTiming, suffix: str = "") -> tuple[LoopRow, ...]:
     """Return the statistics of the push, where the attempts have one, and of whole attempts.
 
     Args:
-        timing: of the attempts.
-        suffix: to the names of both.
+        timing: Timing of the attempts.
+        suffix: Text that is appended to the names of both.
     """
     phases = {
         "push": [index for index, inside in enumerate(timing.push) if inside],

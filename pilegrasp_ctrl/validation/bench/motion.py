@@ -1,4 +1,4 @@
-"""What every tick of the benchmark is fed: the states that an arm passes through while it follows a straight line."""
+"""The input of every tick of the benchmark: the states of an arm that tracks a straight line."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from ...trajectories.straight_line import StraightLine
 from ...types import Array, Observation, Reference, frozen_array
 
 RATE = 500.0
-"""Of the control loop [Hz]."""
+"""Rate of the control loop [Hz]; that of the shipped scenarios."""
 
 DISPLACEMENT = (0.0, 0.1, 0.05)
-"""Of the line [m]."""
+"""Displacement of the line [m]; chosen."""
 
 SPEED = 0.1
-"""Along it [m/s]."""
+"""Speed along the line [m/s]; chosen, that of a push."""
 
 TIGHT = 0.6
-"""Share of the line's largest joint speeds that the tightened arm may use."""
+"""Share of the line's largest joint speeds that the tightened arm may use [-]; chosen."""
 
 
 class BenchArm(NamedTuple):
     """An arm of the benchmark.
 
     Attributes:
-        name: "wam7" or "panda".
-        frame: name of the controlled frame.
-        posture: (nv,) where the line starts, and the preferred posture [rad].
+        name: Name of the arm, "wam7" or "panda".
+        frame: Name of the controlled frame.
+        posture: (nv,) Joint positions at the start of the line, and the preferred posture [rad].
     """
 
     name: str
@@ -43,7 +43,7 @@ class BenchArm(NamedTuple):
         """Return the arm without a tool.
 
         Raises:
-            ModelError: where the Panda's files are not installed.
+            ModelError: The Panda's files are not installed.
         """
         if self.name == "wam7":
             return ArmModel.load("wam7")
@@ -59,13 +59,13 @@ ARMS = (
 
 
 class RecordedLine(NamedTuple):
-    """States of an arm on its line, and where it should be at each.
+    """States of an arm on its line, with their references.
 
     Attributes:
-        arm: the arm.
-        source: where it came from.
-        observations: one for each control period.
-        references: likewise.
+        arm: Arm.
+        source: Arm of the benchmark from which it was loaded.
+        observations: Observations, one for each control period.
+        references: References, one for each control period.
     """
 
     arm: ArmModel
@@ -75,7 +75,7 @@ class RecordedLine(NamedTuple):
 
 
 def record_line(source: BenchArm, arm: ArmModel) -> RecordedLine:
-    """Run the closed loop along the line once, joint friction included, and keep every period's observation."""
+    """Run the closed loop along the line once, with joint friction, and keep the observation of every period."""
     line = StraightLine(arm.update(source.posture, np.zeros(arm.nv)).pose, DISPLACEMENT, SPEED)
     controller = OperationalSpaceController(arm, posture=source.posture, rate=RATE)
     observations: list[Observation] = []
@@ -90,7 +90,7 @@ def record_line(source: BenchArm, arm: ArmModel) -> RecordedLine:
 
 
 def tighten(line: RecordedLine) -> ArmModel:
-    """Return the line's arm with speed limits that the line would exceed: most ticks then have active limits."""
+    """Return the line's arm with speed limits that the line would exceed, so that most ticks have active limits."""
     arm = line.arm
     peak = np.abs([observation.v for observation in line.observations]).max(axis=0)
     # A joint that hardly moves keeps a speed at which its limit can be held without chatter.

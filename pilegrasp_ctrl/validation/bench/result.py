@@ -1,40 +1,50 @@
-"""The result of the benchmark as a document: what `pilegrasp bench --save` writes and `--compare` reads."""
+"""The result of the benchmark as a document, which `pilegrasp bench --save` writes and `--compare` reads."""
 
 from __future__ import annotations
 
+import os
+import platform
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from ... import __version__
 from ...exceptions import ConfigurationError
 from .clock import Timing
 
+PACKAGES = ("pin", "mujoco", "numpy", "daqp", "osqp", "qpsolvers", "mink", "pin-pink", "tsid")
+"""Packages whose versions a result states."""
 
-class _Part(BaseModel):
+Table = Literal["tick", "stage", "peer", "import"]
+"""Table of a line; "stage" holds the parts of the operational-space tick."""
+
+
+class _Document(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 
 
-class Row(_Part):
+class Row(_Document):
     """One line of a table; times in microseconds.
 
     Attributes:
-        key: names the line, such as "wam7 operational space".
-        table: "tick", "stage", "peer" or "import".
-        count: number of calls that were timed; 0 where it could not be.
-        median_us: of all calls, None where there are none; likewise the next two.
+        key: Name of the line, such as "wam7 operational space".
+        table: Table to which the line belongs.
+        count: Number of calls that were timed; 0 where the work could not be timed.
+        median_us: Median of all calls; None where there are none, like the next two.
         p99_us: 99th percentile.
-        worst_us: the longest.
-        tail: p99 over median within a block, the median over the blocks; other programs hardly count in it.
-        blocks_us: median of each block.
-        ratio: to the line that `against` names, the median over the blocks.
-        spread: half the distance from the 10th to the 90th percentile of the blocks' ratios, over `ratio`.
-        against: key of a line of the same run.
-        note: what is timed, or why it is not.
+        worst_us: Longest call.
+        tail: Ratio of p99 to median within a block, the median over the blocks; other programs hardly count in it.
+        blocks_us: Median of each block.
+        ratio: Ratio to the line that `against` names, the median over the blocks.
+        spread: Half the distance from the 10th to the 90th percentile of the blocks' ratios, over `ratio`.
+        against: Key of another line of the same run.
+        note: What is timed, or why it is not.
     """
 
     key: str
-    table: Literal["tick", "stage", "peer", "import"]
+    table: Table
     count: int = Field(ge=0)
     median_us: float | None = Field(default=None, gt=0.0)
     p99_us: float | None = Field(default=None, gt=0.0)
@@ -47,8 +57,8 @@ class Row(_Part):
     note: str = ""
 
 
-class Memory(_Part):
-    """What a tick allocates; `ticks.Allocation` has the meaning of each number."""
+class Memory(_Document):
+    """What a tick allocates; `ticks.Allocation` explains each number."""
 
     key: str
     peak_bytes: float
@@ -59,20 +69,20 @@ class Memory(_Part):
     ticks: int
 
 
-class LoopRow(_Part):
+class LoopRow(_Document):
     """Closed loop against bare physics, per control period, by processor time.
 
     Attributes:
-        phase: "push" or "attempt", with ", compiled" where the controller was.
-        chunks: number of comparisons.
-        ratio: loop over bare, the median over the chunks.
-        ratio_p10: 10th percentile.
-        ratio_p90: 90th percentile.
-        period_us: median time of the loop.
-        bare_us: thereof the engine's steps, as timed without the loop.
-        control_us: thereof from the observation to the command.
-        glue_us: the rest: sensor, watchdog, and what cold caches cost the engine.
-        realtime_factor: simulated time over processor time of the loop.
+        phase: "push" or "attempt", with ", compiled" where the controller was compiled.
+        chunks: Number of comparisons.
+        ratio: Loop over bare physics, the median over the chunks.
+        ratio_p10: 10th percentile of that ratio.
+        ratio_p90: 90th percentile of that ratio.
+        period_us: Median time of the loop.
+        bare_us: Part of it in the engine's steps, as timed without the loop.
+        control_us: Part of it from the observation to the command.
+        glue_us: Remaining part: sensor, watchdog, and what cold caches cost the engine.
+        realtime_factor: Simulated time over processor time of the loop.
     """
 
     phase: str
@@ -87,15 +97,15 @@ class LoopRow(_Part):
     realtime_factor: float
 
 
-class Target(_Part):
-    """What the project set out to reach.
+class Target(_Document):
+    """One number that the project wants to reach.
 
     Attributes:
-        name: a sentence.
-        value: what was measured, None where it could not be.
-        relation: how it shall compare with `bound`.
-        bound: the target.
-        met: whether it is reached, None where it could not be measured.
+        name: What is measured, in words.
+        value: Measured value; None where nothing was measured.
+        relation: How the value must compare with `bound`.
+        bound: Bound of the value.
+        met: Whether the target is met; None where nothing was measured.
     """
 
     name: str
@@ -105,17 +115,17 @@ class Target(_Part):
     met: bool | None
 
 
-class Settings(_Part):
-    """How the run was made.
+class Settings(_Document):
+    """How the run was made, and on what machine; its times mean little without.
 
     Attributes:
-        quick: whether with few samples.
-        threads: OMP_NUM_THREADS as the interpreter saw it, or "".
-        processors: that this process may use.
-        load: load average of the last minute when the run began.
-        processor: its name.
-        scenario: of the closed loop.
-        seeds: its attempts.
+        quick: Whether the run took few samples.
+        threads: Value of OMP_NUM_THREADS, or "" where it was not set.
+        processors: Number of processors that this process may use.
+        load: Load average of the last minute when the run began.
+        processor: Name of the processor.
+        scenario: Scenario of the closed loop.
+        seeds: Seeds of its attempts.
     """
 
     quick: bool
@@ -127,7 +137,7 @@ class Settings(_Part):
     seeds: tuple[int, ...]
 
 
-class BenchResult(_Part):
+class BenchResult(_Document):
     """Everything that one run measured."""
 
     form: Literal["pilegrasp-bench-1"] = "pilegrasp-bench-1"
@@ -140,7 +150,7 @@ class BenchResult(_Part):
     targets: tuple[Target, ...]
 
     def row(self, key: str) -> Row | None:
-        """Return the line of that name, None where there is none."""
+        """Return the line with that key; None where there is none."""
         return next((row for row in self.rows if row.key == key), None)
 
 
@@ -148,7 +158,7 @@ def load_result(path: Path) -> BenchResult:
     """Read what `pilegrasp bench --save` wrote.
 
     Raises:
-        ConfigurationError: where the file cannot be read or has another form.
+        ConfigurationError: The file cannot be read or has another form.
     """
     try:
         text = path.read_bytes()
@@ -164,7 +174,7 @@ def load_result(path: Path) -> BenchResult:
         ) from None
 
 
-def timed_row(key: str, table: Literal["tick", "stage", "peer", "import"], timing: Timing, note: str = "") -> Row:
+def timed_row(key: str, table: Table, timing: Timing, note: str = "") -> Row:
     """Return a line without a ratio."""
     return Row(
         key=key,
@@ -177,3 +187,36 @@ def timed_row(key: str, table: Literal["tick", "stage", "peer", "import"], timin
         blocks_us=tuple(1e6 * value for value in timing.blocks),
         note=note,
     )
+
+
+def settings_of(scenario: str, seeds: tuple[int, ...], quick: bool) -> Settings:
+    """Return the settings of a run on this machine."""
+    return Settings(
+        quick=quick,
+        threads=os.environ.get("OMP_NUM_THREADS", ""),
+        processors=len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,
+        load=os.getloadavg()[0],
+        processor=_processor(),
+        scenario=scenario,
+        seeds=seeds,
+    )
+
+
+def _processor() -> str:
+    """Return the processor's name where the system tells it, else the architecture."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of the packages that take part, as far as they are installed."""
+    found = {"pilegrasp": __version__, "python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found

@@ -1,4 +1,4 @@
-"""The project's own control tick as pieces of work: state to torque, whole and by stages, and what it allocates."""
+"""The project's own control tick as pieces of work: state to torque, whole and in parts, and what it allocates."""
 
 from __future__ import annotations
 
@@ -22,24 +22,25 @@ from .clock import LEAD_IN, WARM_UP, Timing, Work
 from .motion import RATE, RecordedLine
 
 SPRINGS = Impedance(stiffness=[800.0, 800.0, 800.0, 30.0, 30.0, 30.0])
-"""Of the impedance tick: of the order of the shipped ones [N/m, N·m/rad]."""
+"""Impedance of the impedance tick [N/m, N·m/rad]; chosen near the shipped ones."""
 
 FREE_LIST = 3000
-"""Ticks before memory is watched: the interpreter keeps up to 2000 small tuples of each size for later use."""
+"""Ticks before memory is watched [-]: the interpreter keeps up to 2000 small tuples of each size for later use."""
 
-STAGES = ("arm.update", "task and bounds", "friction", "QP", "torque")
+TICK_PARTS = ("arm.update", "task and bounds", "friction", "QP", "torque")
+"""Parts of the operational-space tick, in their order."""
 
 
 class Allocation(NamedTuple):
     """What a tick asks of the memory allocator, by tracemalloc, less what the same measurement of nothing gives.
 
     Attributes:
-        peak_bytes: most that is held at any moment of a tick beyond what was held before it (median over ticks).
-        kept_blocks: number of Python objects that the answer of a tick keeps while it is held (median).
-        kept_bytes: their size (median).
-        growth_blocks: Python objects more after `ticks` further ticks whose answers were dropped.
-        growth_bytes: bytes more.
-        ticks: number of those.
+        peak_bytes: Most bytes held at any moment of a tick beyond what was held before it (median over ticks).
+        kept_blocks: Number of Python objects that the answer of a tick keeps while it is held (median).
+        kept_bytes: Size of these objects (median).
+        growth_blocks: Number of additional Python objects after `ticks` further ticks whose answers were dropped.
+        growth_bytes: Size of these objects.
+        ticks: Number of these ticks.
     """
 
     peak_bytes: float
@@ -75,10 +76,10 @@ def _tick(
     return tick
 
 
-class StagedTick:
-    """The operational-space tick with a clock read between its stages.
+class TickParts:
+    """The operational-space tick with a clock read between its parts.
 
-    The same calls as in `OperationalSpaceController.step`, made one by one, so that the stages exceed the tick by the
+    The same calls as in `OperationalSpaceController.step`, made one by one, so that the parts exceed the tick by the
     clock's own time only. "QP" is what the controller reports as its `solve_time`: the solver, and the check of the
     bounds at its answer. "torque" is the rest of the last call.
     """
@@ -95,7 +96,7 @@ class StagedTick:
         self._blocks: list[Array] = []
 
     def work(self, key: str) -> Work:
-        """Return the tick as a piece of work; its stages are kept aside."""
+        """Return the tick as a piece of work; the times of its parts are kept aside."""
         return Work(key, self._tick)
 
     def _tick(self, index: int) -> None:
@@ -116,21 +117,21 @@ class StagedTick:
         self._durations.append((updated - start, assembled - updated, fed - assembled, solving, end - fed - solving))
 
     def block_done(self) -> None:
-        """Close a block of stages; to be called after each round."""
+        """Close a block; call this after each round."""
         self._blocks.append(np.array(self._durations[self._skip :]))
         self._durations, self._skip = [], LEAD_IN
 
     def timings(self) -> dict[str, Timing]:
-        """Return how long each stage took."""
-        return {name: Timing.of([block[:, column] for block in self._blocks]) for column, name in enumerate(STAGES)}
+        """Return how long each part took."""
+        return {name: Timing.of([block[:, column] for block in self._blocks]) for column, name in enumerate(TICK_PARTS)}
 
 
 def allocations(tick: Callable[[int], object], ticks: int) -> Allocation:
-    """Trace the memory of a tick, in a pass of its own because tracing slows it several times.
+    """Trace the memory of a tick in a separate pass, because tracing makes it several times slower.
 
     Args:
-        tick: the tick.
-        ticks: over how many to watch for growth.
+        tick: Tick to trace.
+        ticks: Number of ticks over which growth is watched.
     """
     for index in range(FREE_LIST):
         tick(index)
@@ -144,7 +145,7 @@ def allocations(tick: Callable[[int], object], ticks: int) -> Allocation:
 
 
 def _trace(tick: Callable[[int], object], ticks: int) -> list[float]:
-    """Return the numbers of an `Allocation` but the last."""
+    """Return the numbers of an `Allocation` except the last."""
     samples = [_one(tick, index) for index in range(min(ticks, 50))]
     blocks, size = sys.getallocatedblocks(), tracemalloc.get_traced_memory()[0]
     for index in range(ticks):

@@ -1,6 +1,6 @@
 """TSID's tick on the project's control problem, for comparison and as an independent check of the torques.
 
-Needs the package tsid of the same release as the installed Pinocchio.
+This module needs the package tsid of the same release as the installed Pinocchio.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ...types import Array, Observation, Reference
 from .motion import RATE, RecordedLine
 
 with warnings.catch_warnings():
-    # Its bindings register a type twice and say so.
+    # The bindings register a type twice and warn of it.
     warnings.simplefilter("ignore", RuntimeWarning)
     import tsid  # type: ignore[import-not-found,import-untyped,unused-ignore]
 
@@ -42,15 +42,15 @@ class TsidController:
         rate: float = RATE,
         positions: bool = False,
     ) -> None:
-        """Set the formulation up.
+        """Set up the formulation.
 
         Args:
-            arm: the arm; the drives' reflected inertia is in its Pinocchio model.
-            frame: name of the controlled frame.
-            posture: with a target.
-            gains: of the tool's motion [1/s²].
-            rate: of the control [Hz].
-            positions: whether to keep the position limits too, by TSID's own bounds, which are not the project's.
+            arm: Arm; its Pinocchio model holds the drives' reflected inertia.
+            frame: Name of the controlled frame.
+            posture: Posture task with a target.
+            gains: Gains of the tool's motion [1/s²].
+            rate: Control rate [Hz].
+            positions: Whether to keep position limits too, by TSID's own bounds, which differ from the project's.
         """
         model = arm.pinocchio_model
         self._robot = tsid.RobotWrapper(model, tsid.FIXED_BASE_SYSTEM, False)
@@ -111,8 +111,8 @@ class TsidController:
 def tsid_tick(line: RecordedLine) -> Callable[[int], Array]:
     """Return TSID's tick: C++ from the state to the torques, called from Python.
 
-    It keeps torque, speed and position limits, has no friction feed-forward and no shared motors, and does not say
-    which limits are active.
+    The tick keeps torque, speed and position limits. It has no friction feed-forward and no shared motors, and does
+    not say which limits are active.
     """
     controller = TsidController(line.arm, line.source.frame, PostureTask(line.source.posture), positions=True)
     observations, references, count = line.observations, line.references, len(line.observations)
