@@ -10,9 +10,9 @@ from html import escape
 from pathlib import Path
 from string import Template
 
+from pilegrasp_ctrl.statistics import wilson
 from pilegrasp_ctrl.viewer.index_rows import AttemptRow
 
-CONFIDENCE = 0.95
 _HERE = Path(__file__).parent
 
 
@@ -29,14 +29,6 @@ class Links:
     pages: Mapping[str, str] = field(default_factory=dict)
     pictures: Mapping[str, bytes] = field(default_factory=dict)
     pairs: Mapping[str, str] = field(default_factory=dict)
-
-
-def wilson(successes: int, n: int) -> tuple[float, float]:
-    """Return the 95 % interval of a rate after Wilson (J. Am. Stat. Assoc. 22, 1927, p. 209)."""
-    from scipy.stats import binomtest
-
-    interval = binomtest(successes, n).proportion_ci(CONFIDENCE, "wilson")
-    return float(interval.low), float(interval.high)
 
 
 def _labels(rows: Sequence[AttemptRow]) -> list[str]:

@@ -19,6 +19,7 @@ from typing import Any
 from unittest.mock import patch
 
 from pilegrasp_ctrl.config import Scenario, load_scenario, parse_overrides
+from pilegrasp_ctrl.statistics import markdown_table
 
 SEEDS = (0, 1)
 REPEATS = 2
@@ -111,10 +112,9 @@ def main() -> None:
     """Print the table."""
     name, *overrides = sys.argv[1:] or ["spheres_wall"]
     found = stages(load_scenario(name, parse_overrides(overrides)))
-    print(f"| `{' '.join([name, *overrides])}` | processor time [s] | share |\n|---|---|---|")
-    for stage, seconds in found.items():
-        share = "" if stage in (START, SETTLED) else f"{seconds / found[ATTEMPT]:.1%}"
-        print(f"| {stage} | {seconds:.3f} | {share} |")
+    shares = {stage: f"{found[stage] / found[ATTEMPT]:.1%}" for stage in found if stage not in (START, SETTLED)}
+    rows = [(stage, f"{seconds:.3f}", shares.get(stage, "")) for stage, seconds in found.items()]
+    print(markdown_table((f"`{' '.join([name, *overrides])}`", "processor time [s]", "share"), rows))
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ Usage: python compare_contact_solvers.py [SEEDS]
 from functools import partial
 
 from pilegrasp_ctrl.config import load_scenario
+from pilegrasp_ctrl.statistics import markdown_table
 from script import run_script
 from solver_by_size import HEADER, SOLVERS, attempt, fall, rows
 
@@ -19,7 +20,7 @@ PILES = (
 def main(seeds: int = 3) -> None:
     """Print both tables: of attempts, and of the same objects settling in their frame."""
     for run, solvers in ((attempt, SOLVERS), (fall, SOLVERS[:2])):
-        print(HEADER)
+        print(markdown_table(HEADER))
         for name, count in PILES:
             scenario = load_scenario(name, {"pile.count": count})
             label = f"{count} {name.partition('_')[0]}"

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 
-from scipy.stats import binomtest
-
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.episode import run
 from pilegrasp_ctrl.exceptions import PilegraspError
+from pilegrasp_ctrl.statistics import markdown_table, wilson
 
 SCENARIO = "spheres_wall"
 SHARE = 0.3
@@ -59,8 +58,7 @@ class Row:
     @property
     def interval(self) -> tuple[float, float]:
         """Lower and upper end of the rate."""
-        found = binomtest(self.successes, self.attempts).proportion_ci(method="wilson")
-        return float(found.low), float(found.high)
+        return wilson(self.successes, self.attempts)
 
 
 def conditions(share: float = SHARE) -> list[Condition]:
@@ -104,11 +102,11 @@ def rows(file: Path) -> list[Row]:
 
 def markdown(counted: Sequence[Row]) -> str:
     """Return the rates as a Markdown table."""
-    lines = ["| | success | 95 % interval |", "|---|---|---|"]
+    lines = []
     for row in counted:
         low, high = row.interval
-        lines.append(f"| {row.condition.label} | {row.successes} of {row.attempts} | {low:.0%} to {high:.0%} |")
-    return "\n".join(lines)
+        lines.append((row.condition.label, f"{row.successes} of {row.attempts}", f"{low:.0%} to {high:.0%}"))
+    return markdown_table(("", "success", "95 % interval"), lines)
 
 
 def _read(file: Path) -> dict[tuple[Condition, int], bool]:

@@ -9,13 +9,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import binomtest, ttest_ind
+from scipy.stats import ttest_ind
 
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.episode import run_attempt
 from pilegrasp_ctrl.exceptions import PilegraspError
 from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.sim.scene import SOLVER_ITERATIONS
+from pilegrasp_ctrl.statistics import markdown_table, wilson
 
 TOLERANCE = 1e-8
 """MuJoCo's own, which the models keep."""
@@ -94,16 +95,14 @@ def convergence_table(results: Sequence[Result], column: Sequence[Numerics]) -> 
 
     Differences are given with their 95 % interval (Newcombe for the rate, Welch for the means).
     """
-    lines = [
-        "| step, solver | success | trigger [s] | peak [N] | less the next: success | trigger [s] | peak [N] |",
-        "|---|---|---|---|---|---|---|",
-    ]
+    header = ("step, solver", "success", "trigger [s]", "peak [N]", "less the next: success", "trigger [s]", "peak [N]")
+    rows = []
     for index, numerics in enumerate(column):
         own = [result for result in results if result.numerics == numerics]
         below = [result for result in results if result.numerics == column[min(index + 1, len(column) - 1)]]
         hits, count = sum(result.success for result in own), len(own)
-        interval = binomtest(hits, count).proportion_ci(method="wilson")
-        cells = [f"{hits} of {count} ({interval.low:.0%} to {interval.high:.0%})"]
+        low, high = wilson(hits, count)
+        cells = [numerics.label, f"{hits} of {count} ({low:.0%} to {high:.0%})"]
         cells += [_mean(_values(own, name)) for name in ("trigger_time", "peak_force")]
         if index + 1 < len(column):
             low, high = rate_difference(hits, count, sum(result.success for result in below), len(below))
@@ -111,18 +110,17 @@ def convergence_table(results: Sequence[Result], column: Sequence[Numerics]) -> 
             cells += [_difference(_values(own, name), _values(below, name)) for name in ("trigger_time", "peak_force")]
         else:
             cells += [""] * 3
-        lines.append(f"| {numerics.label} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+        rows.append(cells)
+    return markdown_table(header, rows)
 
 
 def rate_difference(hits: int, count: int, other_hits: int, other_count: int) -> tuple[float, float]:
     """Return the 95 % interval of a difference of two rates (Newcombe 1998, method 10)."""
     own, other = hits / count, other_hits / other_count
-    first = binomtest(hits, count).proportion_ci(method="wilson")
-    second = binomtest(other_hits, other_count).proportion_ci(method="wilson")
+    (own_low, own_high), (other_low, other_high) = wilson(hits, count), wilson(other_hits, other_count)
     difference = own - other
-    low = difference - math.hypot(own - first.low, second.high - other)
-    return low, difference + math.hypot(first.high - own, other - second.low)
+    low = difference - math.hypot(own - own_low, other_high - other)
+    return low, difference + math.hypot(own_high - own, other - other_low)
 
 
 def _values(results: Sequence[Result], name: str) -> list[float]:

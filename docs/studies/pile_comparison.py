@@ -15,6 +15,7 @@ from pilegrasp_ctrl.sim.contact import Rule
 from pilegrasp_ctrl.sim.drop import FRAME_HEIGHT, drop_poses
 from pilegrasp_ctrl.sim.objects import OBJECT_MODELS
 from pilegrasp_ctrl.sim.pile import LIFT_SPEED, pile_model, settle_pile
+from pilegrasp_ctrl.statistics import markdown_row
 from pilegrasp_ctrl.validation.physics.plate_push import SPEED, push, push_model, start_of_plate
 
 STEP = 1e-3
@@ -51,7 +52,7 @@ def row(name: str, piles: list[PileFacts]) -> str:
     travels = [1e3 * pile.travel for pile in piles if np.isfinite(pile.travel)]
     reached = f"{np.mean(travels):.0f} mm ({len(travels)} of {len(piles)})" if travels else f"0 of {len(piles)}"
     force = np.mean([pile.force for pile in piles])
-    return f"| {name} | {height:.1f} | {top:.1f} | {spread:.0f} | {reached} | {force:.2f} |"
+    return markdown_row((name, f"{height:.1f}", f"{top:.1f}", f"{spread:.0f}", reached, f"{force:.2f}"))
 
 
 def in_mujoco(count: int, seed: int, rule: Rule) -> PileFacts:

@@ -6,14 +6,15 @@ Usage: python results_table.py DIR, a folder of `pilegrasp paper`
 import json
 from pathlib import Path
 
+from pilegrasp_ctrl.statistics import markdown_table
 from script import run_script
 
 
-def row(claim: dict) -> str:
-    """Return a claim's line: verdict, each part of the predicate with what was found, the paper's number, and why."""
+def row(claim: dict) -> list[str]:
+    """Return a claim's cells: the paper's number, verdict, each part of the predicate with what was found, and why."""
     parts = "<br>".join(f"{part['statement']}: {part['verdict']}" for part in claim["parts"])
     cells = (claim["id"], claim["claim"], claim["paper"], f"**{claim['verdict']}**", parts, claim["explanation"])
-    return "| " + " | ".join(" ".join(cell.replace("|", "\\|").split()) for cell in cells) + " |"
+    return [" ".join(cell.split()) for cell in cells]
 
 
 def main(folder: Path) -> None:
@@ -24,8 +25,8 @@ def main(folder: Path) -> None:
     print(
         f"{document['conditions']} conditions, {document['processor_hours']:.1f} hours of processor time. {versions}.\n"
     )
-    print("| | claim | the paper | verdict | what was found | why |\n|---|---|---|---|---|---|")
-    print("\n".join(row(claim) for claim in document["claims"]))
+    header = ("", "claim", "the paper", "verdict", "what was found", "why")
+    print(markdown_table(header, (row(claim) for claim in document["claims"])))
 
 
 if __name__ == "__main__":

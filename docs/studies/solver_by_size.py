@@ -18,6 +18,7 @@ from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.sim.drop import drop_poses
 from pilegrasp_ctrl.sim.objects import objects_of
 from pilegrasp_ctrl.sim.pile import pile_model
+from pilegrasp_ctrl.statistics import markdown_row
 from step_samples import StepSamples
 
 SOLVERS = (ContactSolver(), ContactSolver("Newton"), ContactSolver("Newton", 100))
@@ -27,8 +28,8 @@ WRONG = 1.0
 """A step that leaves a joint of the hand farther than this from the exact solution is wrong [rad/s]. CG was never off
 by more than 0.52 in 42 attempts; the worst step of Newton in each pile that had one, by 5.9 to 77."""
 HEADER = (
-    "| pile | solver | held | contacts | step [us] | to CG | iterations | p99 | at the limit | wrong | finger [rad/s] "
-    "| object [mm/s] |\n|---|---|---|---|---|---|---|---|---|---|---|---|"
+    *("pile", "solver", "held", "contacts", "step [us]", "to CG", "iterations", "p99", "at the limit", "wrong"),
+    *("finger [rad/s]", "object [mm/s]"),
 )
 
 
@@ -124,4 +125,4 @@ def _row(label: str, solver: ContactSolver, runs: list[Measured], base: float) -
         f"{handled.finger_error.max():.2f}",
         f"{1e3 * handled.object_error.max():.1f}",
     ]
-    return f"| {' | '.join(cells)} |"
+    return markdown_row(cells)

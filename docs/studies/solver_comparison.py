@@ -11,6 +11,7 @@ from typing import NamedTuple
 from naive_solver import NaiveSolver
 from pilegrasp_ctrl.exceptions import ConfigurationError, SolverError
 from pilegrasp_ctrl.qp.program import SOLVERS, Solver, make_solver, solve
+from pilegrasp_ctrl.statistics import markdown_table
 from pilegrasp_ctrl.validation.bench.clock import Timing, Work, garbage_kept, time_in_turns
 from recorded_program import RecordedProgram
 from solver_assessment import SolverAssessment, Verdict
@@ -80,20 +81,17 @@ class SolverComparison(NamedTuple):
         (reference,) = (row.timings for row in self.rows if row.solver == REFERENCE)
         head = ("solver", "version", "error [N·m]", "excess [rad/s²]", "excess [N·m]", "same bits")
         times = [f"{group}: median / p99 [µs] / × {REFERENCE}" for group in GROUPS]
-        lines = [_line((*head, *times)), _line(("---",) * (len(head) + len(times)))]
+        first = []
         for row in self.rows:
             _, *figures, repeatable = row.assessment
             cells = (row.solver, row.version, *(f"{figure:.0e}" for figure in figures), "yes" if repeatable else "no")
-            lines.append(_line((*cells, *(_time(row.timings[group], reference[group]) for group in GROUPS))))
-        lines += [
-            "",
-            _line(("kind: right / refused / wrong, error [rad/s²]", *(row.solver for row in self.rows))),
-            _line(("---",) * (len(self.rows) + 1)),
-        ]
+            first.append((*cells, *(_time(row.timings[group], reference[group]) for group in GROUPS)))
+        second = []
         for kind in self.rows[0].assessment.verdicts:
             verdicts = (row.assessment.verdicts[kind] for row in self.rows)
-            lines.append(_line((kind, *(_verdict(verdict) for verdict in verdicts))))
-        return "\n".join(lines)
+            second.append((kind, *(_verdict(verdict) for verdict in verdicts)))
+        solvers = ("kind: right / refused / wrong, error [rad/s²]", *(row.solver for row in self.rows))
+        return f"{markdown_table((*head, *times), first)}\n\n{markdown_table(solvers, second)}"
 
 
 def _makers() -> dict[str, Callable[[], Solver]]:
@@ -136,7 +134,3 @@ def _time(timing: Timing, reference: Timing) -> str:
 def _verdict(verdict: Verdict) -> str:
     *counts, error = verdict
     return f"{' / '.join(map(str, counts))}, {error:.0e}"
-
-
-def _line(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"

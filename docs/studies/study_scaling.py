@@ -16,6 +16,7 @@ from functools import partial
 from typing import Any
 
 from pilegrasp_ctrl.config import Scenario, load_scenario, parse_overrides
+from pilegrasp_ctrl.statistics import markdown_row, markdown_table
 from pilegrasp_ctrl.study.attempt import AttemptReport, WorkItem, run_work_item
 from pilegrasp_ctrl.study.condition import Condition
 from pilegrasp_ctrl.study.dispatch import Pool, dispatch
@@ -118,19 +119,17 @@ def _cluster(workers: int) -> tuple[Any, AbstractContextManager[Pool]]:
 
 
 def _print(label: str, cost: Cost) -> None:
-    print(
-        f"| {label} | {cost.workers} | {cost.attempts} | {cost.per_minute:.1f} | {cost.worker:.2f} | "
-        f"{1000 * cost.parent:.1f} | {1000 * cost.wall / cost.attempts:.1f} |",
-        flush=True,
-    )
+    numbers = (f"{cost.per_minute:.1f}", f"{cost.worker:.2f}", f"{1000 * cost.parent:.1f}")
+    cells = (label, cost.workers, cost.attempts, *numbers, f"{1000 * cost.wall / cost.attempts:.1f}")
+    print(markdown_row(cells), flush=True)
 
 
 def main() -> None:
     """Measure and print."""
     name, *overrides = sys.argv[1:] or ["free_space_line"]
     scenario = load_scenario(name, parse_overrides(overrides))
-    print("| | workers | attempts | a minute | worker [s] | parent [ms] | wall time / attempts [ms] |")
-    print("|---|---|---|---|---|---|---|")
+    names = ("", "workers", "attempts", "a minute", "worker [s]", "parent [ms]", "wall time / attempts [ms]")
+    print(markdown_table(names))
     attempt = 0.0
     for jobs in JOBS:
         cost = measure(WorkerPool(jobs), jobs, run_work_item, scenario, ATTEMPTS)
@@ -150,11 +149,13 @@ def main() -> None:
     # The parent's processor time is what a core of its own would leave; the wall time holds its waits for the disk and
     # for the other processes of this machine as well.
     columns = [f"{kind}, {limit}" for kind in parents for limit in ("parent's own core", "as measured")]
-    print(f"\n| attempts a minute | {' | '.join(columns)} |\n|---|{'---|' * len(columns)}")
+    rows = []
     for workers in WORKERS:
         limits = [limit for cost in parents.values() for limit in (cost.parent, cost.wall / cost.attempts)]
         cells = [f"{projected(workers, attempt, limit):.0f}" for limit in limits]
-        print(f"| {workers} workers | {' | '.join(cells)} |")
+        rows.append((f"{workers} workers", *cells))
+    print()
+    print(markdown_table(("attempts a minute", *columns), rows))
 
 
 if __name__ == "__main__":

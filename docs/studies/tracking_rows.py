@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from math import degrees, inf
 from typing import NamedTuple
+
+from pilegrasp_ctrl.statistics import markdown_table
 
 
 class PathRow(NamedTuple):
@@ -92,17 +93,9 @@ class TrackingTable(NamedTuple):
         """Return two tables; "never" is longer than was simulated."""
         paths = ("arm", "path", "speed", "condition", "rms [mm]", "peak [mm]", "at rest [mm]", "settled [s]")
         steps = ("arm", "step", "condition", "rise [s]", "settled [s]", "overshoot [%]", "at rest [mm]")
-        return "\n".join(
-            (
-                *_table((*paths, "turn rms [°]", "limits"), (row.cells() for row in self.paths)),
-                "",
-                *_table((*steps, "turn rms [°]", "torque [%]", "limits"), (row.cells() for row in self.steps)),
-            )
-        )
-
-
-def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> list[str]:
-    return ["| " + " | ".join(cells) + " |" for cells in (head, ("---",) * len(head), *rows)]
+        lines = markdown_table((*paths, "turn rms [°]", "limits"), (row.cells() for row in self.paths))
+        rises = markdown_table((*steps, "turn rms [°]", "torque [%]", "limits"), (row.cells() for row in self.steps))
+        return f"{lines}\n\n{rises}"
 
 
 def _millimetres(value: float) -> str:

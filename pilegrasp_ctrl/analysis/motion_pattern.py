@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..recording import Recording
+from ..statistics import markdown_table
 from .motion import measure
 from .motion_field import MotionField
 from .push_motion import PushMotion
@@ -81,7 +82,7 @@ def values(measures: Sequence[Mapping[str, Any]], name: str) -> list[float]:
 def markdown(patterns: Sequence[MotionPattern]) -> str:
     """Return a Markdown table, a condition a column; speeds in mm/s, widths in mm, mean ± standard deviation."""
     rows = [pattern.summary() for pattern in patterns]
-    lines = [["", *(row["condition"] for row in rows)], ["---"] * (len(rows) + 1)]
+    lines = []
     for name in ("attempts", "triggered", "separated", "stabilised", "held", "agreed"):
         lines.append([name, *(str(row[name]) for row in rows)])
     for name in SPEEDS:
@@ -90,7 +91,7 @@ def markdown(patterns: Sequence[MotionPattern]) -> str:
     if all("chain_objects" in row for row in rows):
         lines.append(["objects in force chains", *(_cell(row["chain_objects"], 1.0, 1) for row in rows)])
         lines.append(["chains at a wall [% of the time]", *(_cell(row["chain_to_support"], 1e2, 0) for row in rows)])
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return markdown_table(("", *(row["condition"] for row in rows)), lines)
 
 
 def _spread(numbers: list[float]) -> dict[str, Any]:

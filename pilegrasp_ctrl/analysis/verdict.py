@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..statistics import wilson
 from .motion_pattern import values
 
 Measures = Sequence[Mapping[str, Any]]
@@ -57,17 +58,15 @@ def _less(first: list[float], second: list[float]) -> dict[str, Any]:
 
 
 def _share(agreed: list[bool]) -> dict[str, Any]:
-    from scipy.stats import binomtest
-
     if not agreed:
         return {"verdict": "not decided", "n": 0, "agreed": 0, "rate": None, "ci_low": None, "ci_high": None}
-    interval = binomtest(sum(agreed), len(agreed)).proportion_ci(method="wilson")
+    ci_low, ci_high = wilson(sum(agreed), len(agreed))
     rate = sum(agreed) / len(agreed)
     return {
         "verdict": "holds" if rate >= NEEDED else "fails",
         "n": len(agreed),
         "agreed": sum(agreed),
         "rate": rate,
-        "ci_low": float(interval.low),
-        "ci_high": float(interval.high),
+        "ci_low": ci_low,
+        "ci_high": ci_high,
     }

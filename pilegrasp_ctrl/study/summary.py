@@ -6,11 +6,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from ..statistics import wilson
 from .attempt import AttemptRow
 from .condition import Condition
 from .store import StudyStore
-
-CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +52,6 @@ def summarise(
         store: a study, or attempts of one.
         tasks: the conditions and seeds to count, in this order; all of the study where absent.
 
-    The intervals are Wilson's (J. Am. Stat. Assoc. 22, 1927, p. 209), without correction for continuity.
-
     Raises:
         ExportError: where the store cannot be read.
     """
@@ -66,17 +63,15 @@ def summarise(
 
 
 def _summary(rows: list[AttemptRow]) -> SummaryRow:
-    from scipy.stats import binomtest
-
     n, successes = len(rows), sum(row.success for row in rows)
-    interval = binomtest(successes, n).proportion_ci(CONFIDENCE, "wilson")
+    ci_low, ci_high = wilson(successes, n)
     return SummaryRow(
         condition=rows[0].condition,
         n=n,
         successes=successes,
         rate=successes / n,
-        ci_low=float(interval.low),
-        ci_high=float(interval.high),
+        ci_low=ci_low,
+        ci_high=ci_high,
         multiple=sum(row.grasped > 1 for row in rows),
         triggered=sum(row.triggered for row in rows),
         errors=sum(row.error is not None for row in rows),

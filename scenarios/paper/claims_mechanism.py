@@ -13,7 +13,8 @@ from pilegrasp_ctrl.scenarios.paper.claim import Claim, Finding, named
 from pilegrasp_ctrl.scenarios.paper.conditions import HAND, SHOVEL, grasp
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
 from pilegrasp_ctrl.scenarios.paper.judgement import ENOUGH, Judgement, Verdict, percent, stated, why_open
-from pilegrasp_ctrl.scenarios.paper.sample import Sample, wilson
+from pilegrasp_ctrl.scenarios.paper.sample import Sample
+from pilegrasp_ctrl.statistics import wilson
 
 SEVERAL = (0.05, 0.30)
 PRESSES = 3.0

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from pilegrasp_ctrl.scenarios.paper.sample import Sample
+from pilegrasp_ctrl.statistics import p_greater
 
 Verdict = Literal["holds", "fails", "not decided"]
 
@@ -14,8 +15,6 @@ LEVEL = 0.05
 """Of the one-sided test with which two rates are compared."""
 ENOUGH = 10
 """Fewer attempts than this decide nothing."""
-LARGE = 20_000
-"""Product of two sample sizes above which the exact test takes seconds and the approximate one is as good."""
 MOST_ERRORS = 0.1
 """Where a larger share of attempts raised an error, the rest decides nothing."""
 
@@ -73,10 +72,10 @@ def greater(first_name: str, first: Sample, second_name: str, second: Sample) ->
     text = f"{first_name} {rate_text(first)} above {second_name} {rate_text(second)}"
     if reason := why_open(first, second):
         return Judgement(text + reason, "not decided")
-    p = p_greater(first, second)
+    p = _p_greater(first, second)
     if p < LEVEL:
         return Judgement(f"{text}: p = {p:.2g}", "holds")
-    reverse = p_greater(second, first)
+    reverse = _p_greater(second, first)
     return Judgement(f"{text}: p = {p:.2g}", "fails" if reverse < LEVEL else "not decided")
 
 
@@ -87,7 +86,7 @@ def not_less(first_name: str, first: Sample, second_name: str, second: Sample) -
         return Judgement(text + reason, "not decided")
     if first.rate >= second.rate:
         return Judgement(text, "holds")
-    p = p_greater(second, first)
+    p = _p_greater(second, first)
     return Judgement(f"{text}: it is less, p = {p:.2g}", "fails" if p < LEVEL else "not decided")
 
 
@@ -96,24 +95,13 @@ def never_above(first_name: str, first: Sample, second_name: str, second: Sample
     text = f"{first_name} {rate_text(first)} not above {second_name} {rate_text(second)}"
     if reason := why_open(first, second):
         return Judgement(text + reason, "not decided")
-    p = p_greater(first, second)
+    p = _p_greater(first, second)
     return Judgement(f"{text}: p = {p:.2g} for above", "fails" if p < LEVEL else "holds")
 
 
-def p_greater(first: Sample, second: Sample) -> float:
-    """Return the one-sided p-value that the first rate is higher.
-
-    Barnard's exact test (Nature 156, 1945, p. 177); for large samples, where it takes long, the chi-squared test of two
-    proportions, halved.
-    """
-    from scipy.stats import barnard_exact, chi2_contingency
-
-    if first.rate <= second.rate:
-        return 1.0
-    table = [[first.successes, second.successes], [first.n - first.successes, second.n - second.successes]]
-    if first.n * second.n <= LARGE:
-        return float(barnard_exact(table, alternative="greater").pvalue)
-    return 0.5 * float(chi2_contingency(table, correction=False).pvalue)
+def _p_greater(first: Sample, second: Sample) -> float:
+    """Return the one-sided p-value of the hypothesis that the first rate is higher."""
+    return p_greater(first.successes, first.n, second.successes, second.n)
 
 
 def rate_text(sample: Sample) -> str:

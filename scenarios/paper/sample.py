@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from pilegrasp_ctrl.statistics import wilson
 from pilegrasp_ctrl.study.attempt import AttemptRow
-from pilegrasp_ctrl.study.summary import CONFIDENCE
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,13 +89,3 @@ class Sample:
             "triggered": self.triggered,
             "errors": self.errors,
         }
-
-
-def wilson(successes: int, n: int) -> tuple[float, float]:
-    """Return the 95 % Wilson interval of a rate; all of [0, 1] where n is 0."""
-    from scipy.stats import binomtest
-
-    if n == 0:
-        return 0.0, 1.0
-    interval = binomtest(successes, n).proportion_ci(CONFIDENCE, "wilson")
-    return float(interval.low), float(interval.high)

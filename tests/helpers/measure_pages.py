@@ -12,6 +12,7 @@ import numpy as np
 from browser import Browser, find_chromium
 from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.statistics import markdown_row, markdown_table
 from pilegrasp_ctrl.viewer import write_html
 from synthetic_recording import synthetic
 
@@ -47,7 +48,7 @@ def main() -> None:
         "5 minutes, 18 objects": repeated(synthetic(objects=18), 30),
     }
     executable = find_chromium()
-    print("| recording | frames | bodies | page [MB] | export, processor [s] | opened [s] |\n|---|---|---|---|---|---|")
+    print(markdown_table(("recording", "frames", "bodies", "page [MB]", "export, processor [s]", "opened [s]")))
     for name, recording in recordings.items():
         with tempfile.TemporaryDirectory() as folder:
             page = Path(folder) / "page.html"
@@ -60,8 +61,8 @@ def main() -> None:
                     browser.open(page)
                     opened = f"{browser.evaluate('pilegrasp.drawn') / 1e3:.1f}"
             size = page.stat().st_size / 1e6
-        count = f"{recording.frame_time.size} | {len(recording.bodies)}"
-        print(f"| {name} | {count} | {size:.2f} | {exported:.2f} | {opened} |", flush=True)
+        count = (recording.frame_time.size, len(recording.bodies))
+        print(markdown_row((name, *count, f"{size:.2f}", f"{exported:.2f}", opened)), flush=True)
 
 
 if __name__ == "__main__":

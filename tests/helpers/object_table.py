@@ -5,29 +5,27 @@ import tomllib
 from pilegrasp_ctrl.scenarios import object_files
 from pilegrasp_ctrl.sim.object_file import VARIANTS, read_object
 from pilegrasp_ctrl.sim.object_model import ObjectModel
+from pilegrasp_ctrl.statistics import markdown_table
 
 
 def table() -> str:
     """Return every kind and variant as a Markdown table, from the files alone."""
-    lines = [
-        "| object | variant | shape and size [mm] | mass [g] | moments of inertia [g·cm²] | restitution | source |",
-        "|---|---|---|---|---|---|---|",
-    ]
+    header = ("object", "variant", "shape and size [mm]", "mass [g]", "moments of inertia [g·cm²]")
+    lines = []
     for name, file in object_files().items():
         keys = tomllib.loads(file.read_text(encoding="utf-8"))
         for variant in VARIANTS:
             if variant == "real" or variant in keys:
                 source = keys["source"] if variant == "real" else keys[variant]["source"]
                 lines.append(_row(name, variant, read_object(file, variant), source))
-    return "\n".join(lines)
+    return markdown_table((*header, "restitution", "source"), lines)
 
 
-def _row(name: str, variant: str, kind: ObjectModel, source: str) -> str:
+def _row(name: str, variant: str, kind: ObjectModel, source: str) -> list[str]:
     moments = [f"{1e7 * kind.inertia_factor * moment:.0f}" for moment in kind.solid_inertia()]
     inertia = moments[0] if len(set(moments)) == 1 else ", ".join(moments)
     cells = [f"`{name}`", f"`{variant}`", _size(kind), f"{1000 * kind.mass:g}", inertia]
-    cells += [f"{kind.surface.restitution:.3g}", source]
-    return "| " + " | ".join(cells) + " |"
+    return [*cells, f"{kind.surface.restitution:.3g}", source]
 
 
 def _size(kind: ObjectModel) -> str:

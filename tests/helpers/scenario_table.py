@@ -3,14 +3,14 @@
 from typing import Any
 
 from pilegrasp_ctrl.config import Scenario, dotted_keys
+from pilegrasp_ctrl.statistics import markdown_table
 
 
 def table() -> str:
     """Return the keys of a scenario as a Markdown table, from the declarations alone."""
     schema = Scenario.model_json_schema()
-    lines = ["| key | meaning | unit | default | allowed |", "|---|---|---|---|---|"]
-    lines += [_row(key, _property(schema, key)) for key in dotted_keys()]
-    return "\n".join(lines)
+    rows = [_row(key, _property(schema, key)) for key in dotted_keys()]
+    return markdown_table(("key", "meaning", "unit", "default", "allowed"), rows)
 
 
 def _property(schema: dict[str, Any], key: str) -> dict[str, Any]:
@@ -22,12 +22,11 @@ def _property(schema: dict[str, Any], key: str) -> dict[str, Any]:
     return place
 
 
-def _row(key: str, field: dict[str, Any]) -> str:
+def _row(key: str, field: dict[str, Any]) -> list[str]:
     meaning, _, unit = field["description"].removesuffix("]").partition(" [")
     default = "absent" if field["default"] is None else f"`{_toml(field['default'])}`"
     kinds = [kind for kind in field.get("anyOf", [field]) if kind.get("type") != "null"]
-    cells = [f"`{key}`", meaning, unit or "-", default, " or ".join(map(_allowed, kinds))]
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+    return [f"`{key}`", meaning, unit or "-", default, " or ".join(map(_allowed, kinds))]
 
 
 def _toml(value: Any) -> str:

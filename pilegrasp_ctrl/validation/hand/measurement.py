@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from ...statistics import markdown_table
+
 Check = tuple[str, float, float, float, str, str]
 """Name, requested, measured, tolerance, unit and relation."""
 
@@ -57,5 +59,4 @@ class Measurement:
 
 def markdown(measurements: tuple[Measurement, ...]) -> str:
     """Return the measurements as a Markdown table."""
-    lines = ["| | measured | should be | published |", "|---|---|---|---|"]
-    return "\n".join([*lines, *(f"| {' | '.join(row.cells())} |" for row in measurements)])
+    return markdown_table(("", "measured", "should be", "published"), (row.cells() for row in measurements))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ...statistics import markdown_table
 from .physics_check import PhysicsCheck
 
 HEADER = ("check", "requested", "measured", "tolerance", "verdict")
@@ -20,5 +21,4 @@ def cells(check: PhysicsCheck) -> tuple[str, str, str, str, str]:
 
 def markdown(checks: Sequence[PhysicsCheck]) -> str:
     """Return the checks as a Markdown table."""
-    rows = [HEADER, ("---",) * len(HEADER), *(cells(check) for check in checks)]
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+    return markdown_table(HEADER, map(cells, checks))
