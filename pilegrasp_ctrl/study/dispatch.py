@@ -1,4 +1,4 @@
-"""Tasks out, results in: the same for processes of this machine and for those of a cluster."""
+"""Hands work items to a pool and yields results: the same for this process, worker processes and a cluster."""
 
 from __future__ import annotations
 
@@ -6,73 +6,112 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from queue import Empty, SimpleQueue
-from typing import Any, Protocol, TypeVar
+from types import TracebackType
+from typing import Any, Protocol, Self, TypeVar
 
 from ..exceptions import SimulationError
 
-Task = TypeVar("Task")
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
 class Pool(Protocol):
-    """Where tasks are carried out."""
+    """Workers that run a function on work items."""
 
     retries: int
+    """How often a work item is repeated after its worker died."""
 
     def width(self) -> int:
-        """Return how many tasks may be under way."""
+        """Return how many work items may be under way."""
 
-    def submit(self, function: Callable[[Any], Any], task: Any) -> Future[Any]:
-        """Hand a task out."""
+    def submit(self, function: Callable[[Any], Any], item: Any) -> Future[Any]:
+        """Hand a work item to a worker."""
 
     def died(self, error: BaseException) -> bool:
-        """Return whether an error means that the worker died, rather than that the task raised."""
+        """Return whether an error means that the worker died, rather than that the function raised."""
+
+
+class InlinePool:
+    """A pool without workers: it runs each work item in this process, at the moment of `submit`."""
+
+    retries = 0
+
+    def __enter__(self) -> Self:
+        """Return the pool."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End without anything to release."""
+
+    def width(self) -> int:
+        """Return 1: the process does one thing at a time."""
+        return 1
+
+    def submit(self, function: Callable[[Any], Any], item: Any) -> Future[Any]:
+        """Run a work item; an interrupt passes through at once."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(function(item))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+    def died(self, error: BaseException) -> bool:
+        """Return False: what this process raises is an error of the function."""
+        return False
 
 
 def dispatch(
-    pool: Pool, function: Callable[[Task], Result], tasks: Sequence[Task], died: Callable[[Task, int], Result]
-) -> Iterator[list[tuple[Task, Result]]]:
-    """Yield tasks with their results as they get ready, all that are ready together.
+    pool: Pool,
+    function: Callable[[Item], Result],
+    work_items: Sequence[Item],
+    worker_died: Callable[[Item, int], Result],
+) -> Iterator[list[tuple[Item, Result]]]:
+    """Yield work items with their results; those that are ready at the same time come together.
 
     Args:
-        pool: of workers.
-        function: from a task to a result, of a module's top level; it returns what the task raises.
-        tasks: in the order in which they are handed out.
-        died: the result of a task with which so many workers died.
+        pool: Pool of workers.
+        function: Function of a module's top level, from a work item to a result.
+        work_items: Work items, in the order in which they are handed out.
+        worker_died: Function from a work item and the number of workers that died with it to its result. It is called
+            when the pool's retries are used up.
 
     Raises:
-        PilegraspError: what the function raises nevertheless, because no other task would fare better.
+        SimulationError: The scheduler of a cluster was lost.
+        PilegraspError: The function raised. No other work item would fare better, so the dispatch ends.
     """
-    waiting = deque((task, 0) for task in tasks)
-    running: dict[Future[Result], tuple[Task, int]] = {}
+    waiting = deque((item, 0) for item in work_items)
+    running: dict[Future[Result], tuple[Item, int]] = {}
     ready: SimpleQueue[Future[Result]] = SimpleQueue()
     while waiting or running:
         while waiting and len(running) < pool.width():
-            task, deaths = waiting.popleft()
-            future = pool.submit(function, task)
-            running[future] = (task, deaths)
+            item, deaths = waiting.popleft()
+            future = pool.submit(function, item)
+            running[future] = (item, deaths)
             future.add_done_callback(ready.put)
         batch = []
-        for future in _all(ready):
-            task, deaths = running.pop(future)
+        for future in _drain(ready):
+            item, deaths = running.pop(future)
             if future.cancelled():
                 raise SimulationError(
-                    "the scheduler was lost; what is finished is kept, and the same command does the rest"
+                    "the scheduler was lost; finished work is kept, and the same command does the rest"
                 )
             error = future.exception()
             if error is None:
-                batch.append((task, future.result()))
+                batch.append((item, future.result()))
             elif not pool.died(error):
                 raise error
             elif deaths < pool.retries:
-                waiting.appendleft((task, deaths + 1))
+                waiting.appendleft((item, deaths + 1))
             else:
-                batch.append((task, died(task, deaths + 1)))
+                batch.append((item, worker_died(item, deaths + 1)))
         if batch:
             yield batch
 
 
-def _all(ready: SimpleQueue[Any]) -> Iterator[Any]:
+def _drain(ready: SimpleQueue[Any]) -> Iterator[Any]:
     """Yield what is in the queue; wait for the first."""
     yield ready.get()
     while True:

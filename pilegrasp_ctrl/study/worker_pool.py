@@ -1,4 +1,4 @@
-"""Workers on this machine: a pool of one process each, so that one that dies takes nobody with it."""
+"""Worker processes on this machine, one pool for each, so that a worker that dies takes no other with it."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from typing import Any, Self
 
 from ..exceptions import SimulationError
 
-STARTS = 3
-"""Workers that end in a row before any of them was ready; then something is wrong with all of them."""
+MAX_FAILED_STARTS = 3
+"""How many workers in a row may end before they are ready (chosen). After that, something is wrong with all of them."""
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
 class WorkerPool:
     """`jobs` processes, each started when it is first needed and again after it died.
 
-    A `ProcessPoolExecutor` as a whole breaks when one of its workers dies; here each worker is the only one of its own.
-    Use it as a context: leaving it by an error or an interrupt ends the workers at once.
+    A `ProcessPoolExecutor` breaks as a whole when one of its workers dies; here each worker has an executor for itself.
+    Use the pool as a context: an error or an interrupt inside it ends the workers at once.
     """
 
     retries = 2
-    """How often an attempt is repeated whose worker died."""
+    """How often a work item is repeated after its worker died."""
 
     def __init__(self, jobs: int) -> None:
         """Take the number of processes, at least 1."""
@@ -39,7 +39,7 @@ class WorkerPool:
         self._failed_starts = 0
 
     def __enter__(self) -> Self:
-        """Begin."""
+        """Return the pool."""
         return self
 
     def __exit__(
@@ -52,26 +52,26 @@ class WorkerPool:
             worker.join()
 
     def width(self) -> int:
-        """Return how many tasks may be under way."""
+        """Return how many work items may be under way."""
         return self._jobs
 
-    def submit(self, function: Callable[[Any], Any], task: Any) -> Future[Any]:
-        """Hand a task to an idle worker; there is one while fewer than `width` are under way."""
+    def submit(self, function: Callable[[Any], Any], item: Any) -> Future[Any]:
+        """Hand a work item to an idle worker; one is idle while fewer than `width` items are under way."""
         worker = self._idle.pop()
         if worker is None:
             worker = _Worker()
             self._workers.add(worker)
-        future = worker.executor.submit(function, task)
+        future = worker.executor.submit(function, item)
         future.add_done_callback(lambda finished: self._release(worker, finished))
         return future
 
     def died(self, error: BaseException) -> bool:
-        """Return whether an error of a future means that the worker ran out of memory or died.
+        """Return whether an error of a future means that the worker died or ran out of memory.
 
         Raises:
-            SimulationError: where worker processes cannot even start.
+            SimulationError: The worker processes cannot even start.
         """
-        if self._failed_starts >= STARTS:
+        if self._failed_starts >= MAX_FAILED_STARTS:
             raise SimulationError(
                 "the worker processes end before they begin; a script that sweeps needs its call below "
                 'if __name__ == "__main__", and each worker about 300 MB of memory'
@@ -92,20 +92,20 @@ class _Worker:
     """One process and the executor that feeds it."""
 
     def __init__(self) -> None:
-        # Each worker is busy by itself; threads of a linear algebra library would only get into their way.
+        # Each worker keeps a core busy; threads of a linear algebra library would only disturb the other workers.
         for name in _ONE_THREAD:
             os.environ[name] = "1"
         context = multiprocessing.get_context("spawn")
-        self.executor = ProcessPoolExecutor(1, context, initializer=follow_the_parent)
-        with _interrupts_held():
-            self._ready = self.executor.submit(_nothing)
+        self.executor = ProcessPoolExecutor(1, context, initializer=_end_with_the_parent)
+        with _interrupts_blocked():
+            self._ready = self.executor.submit(_answer)
 
     def was_ready(self) -> bool:
-        """Return whether the process once answered."""
+        """Return whether the process answered once."""
         return self._ready.done() and self._ready.exception() is None
 
     def end(self, at_once: bool) -> None:
-        """Tell the process to end, after its task or without it."""
+        """Tell the process to end after its work item, or kill it."""
         if at_once:
             for process in list(getattr(self.executor, "_processes", {}).values()):
                 process.kill()
@@ -117,8 +117,8 @@ class _Worker:
 
 
 @contextmanager
-def _interrupts_held() -> Iterator[None]:
-    """Let what is started meanwhile inherit that Ctrl-C, which a terminal sends to all, is the parent's alone."""
+def _interrupts_blocked() -> Iterator[None]:
+    """Block Ctrl-C in processes that are started meanwhile: a terminal sends it to all, and only the parent answers."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -126,16 +126,16 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _nothing() -> None:
-    """Answer, and so tell that the process has started."""
-
-
-def follow_the_parent() -> None:
-    """End where the parent has ended, however it did; a `ProcessPoolExecutor` by itself would leave its workers."""
-    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+def _answer() -> None:
+    """Do nothing; the result tells that the process has started."""
 
 
 def _end_with_the_parent() -> None:
+    """End this worker when its parent ends, even if it was killed; a `ProcessPoolExecutor` alone leaves its workers."""
+    threading.Thread(target=_wait_for_the_parent, daemon=True).start()
+
+
+def _wait_for_the_parent() -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

@@ -22,8 +22,7 @@ from .objectives import Measured
 from .search import Progress, Search
 from .stability_margin import LARGEST_STEP, Margin, find_margin, make_controller, stiffness_probe
 from .store import TrialRecord, TuningStore
-from .trial import TrialWork, evaluate, resting_arm
-from .trial_pool import TrialPool
+from .trial import TrialWork, resting_arm, run_trials, trial_pool
 
 AXES = ("x", "y", "z", "about x", "about y", "about z")
 LATE = (0, 1)
@@ -143,23 +142,24 @@ def _sweeps(
     """Change one gain at a time and run the first seed."""
     centre = search.space.rounded(best.values)
     points: dict[str, list[tuple[float, str]]] = {}
-    tasks: dict[int, tuple[str, TrialWork]] = {}
+    work_items: dict[int, tuple[str, TrialWork]] = {}
     for name in centre:
         for step, factor in enumerate(SWEEP):
             values = search.space.rounded({**centre, name: centre[name] * factor}) if factor != 1.0 else centre
             gains = search.space.gains(values)
             key = _key("sweep", gains, search.late)
             points.setdefault(name, []).append((values[name], key))
-            if store.noted(key) is None and all(key != known for known, _ in tasks.values()):
+            if store.noted(key) is None and all(key != known for known, _ in work_items.values()):
                 file = search.folder / "gains" / f"sweep_{name}_{step}.toml"
                 scenario = search.with_gains(gains, file, f"One gain changed, {name}: {search.scenario.name}.")
-                tasks[len(tasks)] = (key, TrialWork(len(tasks), scenario, search.seeds[:1], search.late))
-    with TrialPool(evaluate, jobs) as pool:
-        for done, report in enumerate(pool.results([task for _, task in tasks.values()])):
+                number = len(work_items)
+                work_items[number] = (key, TrialWork(number, scenario, search.seeds[:1], search.late))
+    with trial_pool(jobs) as pool:
+        for done, report in enumerate(run_trials(pool, [work for _, work in work_items.values()])):
             measured = None if report.measured is None else report.measured.as_dict()
-            store.note(tasks[report.number][0], {"measured": measured, "rings": not report.feasible})
+            store.note(work_items[report.number][0], {"measured": measured, "rings": not report.feasible})
             if progress is not None:
-                progress("sensitivity", done + 1, len(tasks), None)
+                progress("sensitivity", done + 1, len(work_items), None)
     return {name: [_point(value, store.noted(key)) for value, key in row] for name, row in points.items()}
 
 

@@ -23,8 +23,7 @@ from .choice import choose
 from .gain_space import Gains, GainSpace, gains_table, gains_text
 from .objectives import Measured, objective_names
 from .store import BATCH, SAMPLER_SEED, SPREAD, TrialRecord, TuningStore
-from .trial import REQUIRED_MARGIN, TrialReport, TrialWork, evaluate, resting_arm
-from .trial_pool import TrialPool
+from .trial import REQUIRED_MARGIN, TrialReport, TrialWork, resting_arm, run_trial, run_trials, trial_pool
 
 FIRST_JUDGING_SEED = 10000
 """Seeds from here on judge what was tuned on smaller ones."""
@@ -81,8 +80,8 @@ class Search:
         controller = self.scenario.controller.model_copy(update={"gains": str(file)})
         return self.scenario.model_copy(update={"controller": controller})
 
-    def task(self, number: int, values: dict[str, float]) -> TrialWork:
-        """Return a trial that is ready to be carried out, its file of gains written."""
+    def work_item(self, number: int, values: dict[str, float]) -> TrialWork:
+        """Return a trial that is ready to run, its file of gains written."""
         gains = self.space.gains(self.space.rounded(values))
         comment = f"Trial {number} of a search over gains: {self.scenario.name}, {self.kind}."
         return TrialWork(number, self.with_gains(gains, self.gains_file(number), comment), self.seeds, self.late)
@@ -152,7 +151,7 @@ def run_search(
     trials: int,
     jobs: int = 1,
     progress: Progress | None = None,
-    function: Callable[[TrialWork], TrialReport] = evaluate,
+    function: Callable[[TrialWork], TrialReport] = run_trial,
 ) -> TuningStore:
     """Carry out what is missing of a search and return its store.
 
@@ -182,10 +181,10 @@ def run_search(
             partial(Measured.scores, grasp_force=force),
             len(objective_names(search.scenario)),
         )
-        pool = stack.enter_context(TrialPool(function, jobs))
+        pool = stack.enter_context(trial_pool(jobs))
         while proposals := store.propose(trials):
-            tasks = [search.task(number, values) for number, values in proposals]
-            for report in pool.results(tasks):
+            work_items = [search.work_item(number, values) for number, values in proposals]
+            for report in run_trials(pool, work_items, function):
                 store.tell(report)
                 if progress is not None:
                     records = store.records()

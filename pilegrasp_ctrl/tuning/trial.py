@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from time import perf_counter
+from typing import NoReturn
 
 from ..arm.model import ArmModel
 from ..config import Scenario
 from ..episode import run
-from ..exceptions import PilegraspError
+from ..exceptions import PilegraspError, SimulationError
 from ..programs.attempt import prepare
+from ..study.dispatch import InlinePool, Pool, dispatch
+from ..study.worker_pool import WorkerPool
 from ..tasks.gains import load_gains
 from ..types import Array
 from .objectives import Measured, combined, measure
@@ -76,31 +81,61 @@ def resting_arm(scenario: Scenario, seed: int) -> tuple[ArmModel, Array]:
     return attempt.arm, attempt.simulation.observe().q
 
 
-def evaluate(task: TrialWork) -> TrialReport:
-    """Carry out a trial; what goes wrong in it is its reason, and no error."""
+def run_trial(work: TrialWork) -> TrialReport:
+    """Run a trial; what goes wrong in it becomes the reason in its report."""
     start = perf_counter()
-    scenario = task.scenario
+    scenario = work.scenario
     measured: Measured | None = None
     ringing: tuple[float, ...] = ()
     success, reason = 0, ""
     try:
         parts = []
-        for seed in task.seeds:
+        for seed in work.seeds:
             result = run(scenario, seed=seed, record=True)
             parts.append(measure(result, scenario))
             success += result.success
-        ringing = _ringing(task)
+        ringing = _ringing(work)
         measured = combined(parts)
     except PilegraspError as error:
         reason = " ".join(str(error).split())
-    return TrialReport(task.number, measured, ringing, success / len(task.seeds), reason, perf_counter() - start)
+    return TrialReport(work.number, measured, ringing, success / len(work.seeds), reason, perf_counter() - start)
 
 
-def _ringing(task: TrialWork) -> tuple[float, ...]:
-    controller = task.scenario.controller
+def trial_pool(jobs: int) -> AbstractContextManager[Pool]:
+    """Return this process as a pool for one job, and worker processes for more."""
+    return InlinePool() if jobs == 1 else WorkerPool(jobs)
+
+
+def run_trials(
+    pool: Pool, work_items: Sequence[TrialWork], function: Callable[[TrialWork], TrialReport] = run_trial
+) -> Iterator[TrialReport]:
+    """Yield a report for every trial, as they get ready; a trial whose worker died is repeated.
+
+    Args:
+        pool: Pool of `trial_pool`.
+        work_items: Trials, in the order in which they are begun.
+        function: Function that runs a trial.
+
+    Raises:
+        SimulationError: The worker processes of one trial died again and again.
+    """
+    for batch in dispatch(pool, function, work_items, _refuse_to_go_on):
+        for _, report in batch:
+            yield report
+
+
+def _refuse_to_go_on(work: TrialWork, deaths: int) -> NoReturn:
+    raise SimulationError(
+        f"{deaths} worker processes died with trial {work.number}, perhaps for lack of memory; finished trials are "
+        "kept; run the same command again with fewer --jobs"
+    )
+
+
+def _ringing(work: TrialWork) -> tuple[float, ...]:
+    controller = work.scenario.controller
     # The posture does not depend on the gains, which would only spoil the cache.
     usual = controller.model_copy(update={"gains": None})
-    arm, q = resting_arm(task.scenario.model_copy(update={"controller": usual}), task.seeds[0])
+    arm, q = resting_arm(work.scenario.model_copy(update={"controller": usual}), work.seeds[0])
     gains = load_gains(Path(str(controller.gains)))
-    probe = stiffness_probe(arm, gains, q, rate=controller.rate, solver=controller.solver, late=task.late)
+    probe = stiffness_probe(arm, gains, q, rate=controller.rate, solver=controller.solver, late=work.late)
     return probe(1.0), probe(REQUIRED_MARGIN)

@@ -14,33 +14,34 @@ from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.study import run
 from pilegrasp_ctrl.study.attempt import AttemptReport
 from pilegrasp_ctrl.study.condition import conditions
+from pilegrasp_ctrl.study.dispatch import InlinePool
 from pilegrasp_ctrl.study.run import StudyProgress
 from pilegrasp_ctrl.study.store import StudyStore
 from pilegrasp_ctrl.study.table import table
-from study_tasks import PoolHere, short_attempt
+from study_tasks import short_attempt
 
 SWEEP = ("sweep", "spheres_wall", "--vary", "pile.count=3,5", "--set", "hand=shovel", "--seeds", "0:4", "--out")
 
 
-def attempt(order):
-    """Answer as an attempt does; every fourth seed raises."""
-    if order.seed % 4 == 3:
-        return AttemptReport(order.config_hash, order.seed, None, "the pile did not come to rest")
-    return short_attempt(order)
+def report(item):
+    """Report an attempt that never ran; every fourth seed raises."""
+    if item.seed % 4 == 3:
+        return AttemptReport(item.config_hash, item.seed, None, "the pile did not come to rest")
+    return short_attempt(item)
 
 
 @pytest.fixture
 def begun(monkeypatch):
-    """The attempts that were carried out: count and seed."""
-    orders = []
+    """The attempts that were run: count and seed."""
+    run_so_far = []
 
-    def run_work_item(order):
-        orders.append((order.scenario.pile.count, order.seed))
-        return attempt(order)
+    def run_work_item(item):
+        run_so_far.append((item.scenario.pile.count, item.seed))
+        return report(item)
 
     monkeypatch.setattr(run, "run_work_item", run_work_item)
-    monkeypatch.setattr(run, "_pool", lambda jobs, scheduler: PoolHere())
-    return orders
+    monkeypatch.setattr(run, "_pool", lambda jobs, scheduler: InlinePool())
+    return run_so_far
 
 
 def answer(capsys, *arguments):

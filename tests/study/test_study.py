@@ -119,13 +119,13 @@ def test_workers_with_several_threads_are_refused(cluster, monkeypatch):
     with ClusterPool(cluster.scheduler_address) as pool:
         assert pool.width() == 4
         monkeypatch.setattr(pool._client, "nthreads", lambda: {"tcp://10.0.0.2:40331": 8})
-        monkeypatch.setattr(pool, "_looked", float("-inf"))
+        monkeypatch.setattr(pool, "_counted", float("-inf"))
         with pytest.raises(ConfigurationError, match=r"10\.0\.0\.2:40331 has 8 threads.*--nthreads 1"):
             pool.width()
 
 
 def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
-    monkeypatch.setattr("pilegrasp_ctrl.study.cluster_pool.PATIENCE", 0.2)
+    monkeypatch.setattr("pilegrasp_ctrl.study.cluster_pool.CONNECT_TIMEOUT", 0.2)
     with pytest.raises(ConfigurationError, match=r"no scheduler answers at 'tcp://127\.0\.0\.1:1'"):
         ClusterPool("tcp://127.0.0.1:1")
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)

@@ -14,7 +14,7 @@ import pytest
 from pilegrasp_ctrl.study.store import StudyStore
 from places import ROOT
 from processes import children, wait_until_gone
-from study_tasks import tasks
+from study_tasks import attempts
 
 TESTS = ROOT / "tests" / "helpers"
 # The slower line takes long enough to be interrupted.
@@ -67,7 +67,7 @@ def test_killed_five_times_at_random_moments_the_table_is_that_of_an_uninterrupt
     moments = random.Random(5)
     script = [sys.executable, str(TESTS / "study_tasks.py")]
     finish(begin([*script, str(tmp_path / "whole")]))
-    killed, total = tmp_path / "killed", len(tasks(60))
+    killed, total = tmp_path / "killed", len(attempts(60))
     for halt in (10, 20, 30, 40, 50):
         process = begin([*script, str(killed)], HALT=str(halt))
         # The first of the two conditions gets no further than this seed.

@@ -1,4 +1,4 @@
-"""Worker processes: who is replaced, what is repeated, and who ends with whom."""
+"""Worker processes: which are replaced, what is repeated, and when they end."""
 
 import os
 import subprocess
@@ -15,18 +15,18 @@ from study_tasks import work
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are looked up in /proc")
 
 
-def carried_out(folder, kinds, jobs=2):
-    """Return the answer to each task, by its number, and how often each began."""
-    tasks = [(str(folder), number, kind) for number, kind in enumerate(kinds)]
+def run_items(folder, kinds, jobs=2):
+    """Return the answer to each work item, by its number, and how often each began."""
+    items = [(str(folder), number, kind) for number, kind in enumerate(kinds)]
     answers = {}
     with WorkerPool(jobs) as pool:
-        for batch in dispatch(pool, work, tasks, lambda task, deaths: (task[1], f"{deaths} deaths")):
-            answers |= {task[1]: result for task, result in batch}
+        for batch in dispatch(pool, work, items, lambda item, deaths: (item[1], f"{deaths} deaths")):
+            answers |= {item[1]: result for item, result in batch}
     return answers, {number: (folder / str(number)).stat().st_size for number in answers}
 
 
-def test_every_task_is_carried_out_once_in_another_process(tmp_path):
-    answers, begun = carried_out(tmp_path, ["works"] * 8)
+def test_every_work_item_runs_once_in_another_process(tmp_path):
+    answers, begun = run_items(tmp_path, ["works"] * 8)
     assert [answers[number][0] for number in range(8)] == list(range(8))
     processes = {process for _, process in answers.values()}
     assert len(processes) <= 2
@@ -34,21 +34,21 @@ def test_every_task_is_carried_out_once_in_another_process(tmp_path):
     assert set(begun.values()) == {1}
 
 
-def test_a_worker_that_dies_is_replaced_and_takes_nobody_with_it(tmp_path):
+def test_a_worker_that_dies_is_replaced_and_takes_no_other_with_it(tmp_path):
     kinds = ["works"] * 10
     kinds[2], kinds[5], kinds[7] = "dies once", "dies", "lacks memory once"
-    answers, begun = carried_out(tmp_path, kinds)
+    answers, begun = run_items(tmp_path, kinds)
     assert answers.pop(5) == (5, "3 deaths")
     assert [answers[number][0] for number in sorted(answers)] == sorted(answers)
     assert begun == {number: {2: 2, 5: 3, 7: 2}.get(number, 1) for number in range(10)}
 
 
-def test_what_no_task_survives_ends_them_all(tmp_path):
+def test_an_error_of_the_function_ends_all_workers(tmp_path):
     with WorkerPool(2) as pool:
         first = list(dispatch(pool, work, [(str(tmp_path), number, "works") for number in range(4)], lambda *_: None))
         processes = {process for batch in first for _, (_, process) in batch}
         assert all(map(is_there, processes))
-        with pytest.raises(SimulationError, match="no task would fare better"):
+        with pytest.raises(SimulationError, match="no work item would fare better"):
             list(dispatch(pool, work, [(str(tmp_path), 9, "raises")], lambda *_: None))
     wait_until_gone(processes)
 

@@ -3,11 +3,15 @@
 import csv
 import io
 import json
+import os
 import re
+import signal
 import sqlite3
 import sys
 import time
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,14 +20,14 @@ from pilegrasp_ctrl import cli
 from pilegrasp_ctrl.cli import tune
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.episode import run
-from pilegrasp_ctrl.exceptions import ConfigurationError, ExportError
+from pilegrasp_ctrl.exceptions import ConfigurationError, ExportError, SimulationError
 from pilegrasp_ctrl.study.folder_lock import locked
 from pilegrasp_ctrl.tasks.gains import MotionGains, load_gains
 from pilegrasp_ctrl.tuning.choice import choose
 from pilegrasp_ctrl.tuning.gain_space import GainSpace, gains_table, gains_text
 from pilegrasp_ctrl.tuning.objectives import Measured
 from pilegrasp_ctrl.tuning.search import Search, check_seeds, run_search
-from pilegrasp_ctrl.tuning.trial import TrialReport, TrialWork, evaluate
+from pilegrasp_ctrl.tuning.trial import TrialReport, TrialWork, run_trial
 
 BAD = MotionGains(stiffness=25.0, damping_ratio=0.3)
 SOFT = MotionGains(stiffness=25.0, damping_ratio=0.7)
@@ -104,6 +108,26 @@ def test_an_interrupt_loses_no_finished_trial_and_changes_nothing(tmp_path, whol
 
 def test_workers_find_what_one_process_finds(tmp_path, whole):
     assert table(run_search(search(tmp_path), 22, jobs=2, function=made_up)) == whole
+
+
+def dies(work: TrialWork, times: int) -> TrialReport:
+    """Kill the worker of trial 2 so many times."""
+    begun = Path(work.scenario.controller.gains).with_suffix(".begun")
+    count = begun.stat().st_size if begun.exists() else 0
+    if work.number == 2 and count < times:
+        begun.write_bytes(b"x" * (count + 1))
+        os.kill(os.getpid(), signal.SIGKILL)
+    return made_up(work)
+
+
+def test_a_worker_that_is_killed_loses_no_trial_and_changes_nothing(tmp_path, whole):
+    assert table(run_search(search(tmp_path), 22, jobs=2, function=partial(dies, times=2))) == whole
+
+
+def test_a_trial_that_kills_its_worker_again_and_again_ends_the_search_and_keeps_the_finished_ones(tmp_path, whole):
+    with pytest.raises(SimulationError, match=r"3 worker processes died with trial 2.*fewer --jobs"):
+        run_search(search(tmp_path), 22, jobs=2, function=partial(dies, times=3))
+    assert table(run_search(search(tmp_path), 22, function=made_up)) == whole
 
 
 @pytest.mark.parametrize(
@@ -258,7 +282,7 @@ def test_gains_with_which_the_arm_does_not_get_there_are_a_failed_trial(tmp_path
     gains = tmp_path / "gains.toml"
     gains.write_text(gains_text(MotionGains([25.0] * 3 + [10000.0] * 3)))
     keys = {"controller.kind": "operational_space", "controller.gains": str(gains), "line.speed": 0.3}
-    report = evaluate(TrialWork(3, load_scenario("free_space_line", keys), (0,)))
+    report = run_trial(TrialWork(3, load_scenario("free_space_line", keys), (0,)))
     assert report.measured is None
     assert not report.feasible
     assert re.match(r"seed 0: line: the line ended \d+ mm away", report.reason)
