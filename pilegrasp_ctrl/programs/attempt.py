@@ -1,26 +1,21 @@
-"""Everything an attempt needs before anything moves; what cannot be done is found out here."""
+"""Preparation of an attempt: settle the pile, plan, and find out what cannot be done before anything moves."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..arm.model import ArmModel
-from ..arm.state import ArmState
 from ..config import Scenario
-from ..control.contact_impedance import ContactImpedanceController
-from ..control.operational_space import OperationalSpaceController
-from ..control.tool_axes import move_wrench
 from ..exceptions import ConfigurationError, UnreachablePoseError
 from ..planning.hand_use import HandUse
 from ..planning.layout import REACH, Layout, make_layout
 from ..planning.push_goal import PushGoal
 from ..planning.push_line import PushLine, plan_push_line
 from ..planning.strategy import Plan, line_plan, pile_strategy
-from ..primitives.primitive import Setpoint
-from ..robots import names, path
+from ..robots import names
 from ..sim.backend import Simulation
 from ..sim.hand import Hand
 from ..sim.monitors import RimCheck
@@ -29,11 +24,9 @@ from ..sim.pile import Pile, settle_pile
 from ..sim.scene import build_scene
 from ..sim.start_posture import StartPosture
 from ..sim.wrist_sensor import WristSensor
-from ..tasks.gains import Impedance, MotionGains, load_gains
-from ..types import Array, ControllerOutput, Observation, Pose
+from ..types import Array, Pose
+from .controller import Control, ControllerFactory, controller_factory
 from .pick_order import PickOrder, delivery_pose
-
-Control = Callable[[Observation, Setpoint, ArmState], ControllerOutput]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,18 +34,18 @@ class Attempt:
     """An attempt that is ready to run.
 
     Attributes:
-        scenario: what was asked for.
-        seed: of pile and sensor noise.
-        arm: the arm with the hand's mass, tool frame and base, as it is known.
-        transform_known_to_scene: from the frame in which arm and plan count to that of the simulation; the identity
-            unless the floor slopes in another way than is known.
-        plan: start pose and primitives.
-        simulation: at the start posture, the pile settled.
-        control: from observation and setpoint to torque.
-        period: of the control [s].
-        pile: as it settled.
-        rims: watches the walls of a bin.
-        order: for `program = "order"`, what comes after the first attempt.
+        scenario: Scenario of the attempt.
+        seed: Seed of pile and sensor noise.
+        arm: Arm with the hand's mass, the tool frame and the base, as far as they are known.
+        transform_known_to_scene: Transform from the frame of arm and plan to the frame of the simulation. It is the
+            identity unless the true slope of the floor differs from the known one.
+        plan: Start pose and primitives.
+        simulation: Simulation at the start posture, with the settled pile.
+        control: Function from observation and setpoint to torque.
+        period: Control period [s].
+        pile: Pile as it settled.
+        rims: Monitor of the bin's rims.
+        order: Pick order; None unless `program = "order"`.
     """
 
     scenario: Scenario
@@ -68,16 +61,34 @@ class Attempt:
     order: PickOrder | None = None
 
 
+class _Parts(NamedTuple):
+    """What is known of an attempt before its pile has settled.
+
+    Attributes:
+        steps: Physics steps in a control period.
+        hand: Hand.
+        objects: Model of the objects.
+        layout: Layout with the known slope of the floor.
+        make_controller: Function that makes the controller.
+    """
+
+    steps: int
+    hand: Hand
+    objects: Objects
+    layout: Layout
+    make_controller: ControllerFactory
+
+
 def prepare(scenario: Scenario, seed: int) -> Attempt:
     """Settle the pile, plan, check that every pose is within reach, and build the scene.
 
     Raises:
-        PilegraspError: where one of these cannot be done.
+        PilegraspError: One of these cannot be done.
     """
-    steps, hand, objects, layout, control = _parts(scenario)
-    error = np.radians(scenario.support.slope_error_deg)
+    steps, hand, objects, layout, make_controller = _parts(scenario)
+    slope_error = np.radians(scenario.support.slope_error_deg)
     numerics = scenario.sim.contact_rule, scenario.sim.timestep
-    pile = settle_pile(objects, scenario.pile.count, layout.rising(error), seed, *numerics)
+    pile = settle_pile(objects, scenario.pile.count, layout.rising(slope_error), seed, *numerics)
     goal = layout.goals[0] if layout.goals else None
 
     def push_line(poses: Array, goal: PushGoal | None) -> PushLine:
@@ -105,29 +116,39 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
         search.solve(delivery_pose(hand.theta), q)
     else:
         plan, q = plan_to(pile.poses, goal)
-    # Planned on the floor as it is known, carried out on the floor as it is.
-    true = layout.rising(error)
+    # The plan is made for the known floor and runs on the true floor.
+    true = layout.rising(slope_error)
     known_to_scene = true.transform_from(layout)
     scene = build_scene(scenario, hand, objects, true)
     period = steps * scenario.sim.timestep
     sensor = WristSensor(scene.model, tool, scenario.sensor, period, seed, known_to_scene.rotation.T)
     simulation = Simulation(scene, sensor, steps)
     simulation.reset(q, pile.poses)
-    rims = RimCheck(scene, layout.walls)
-    return Attempt(scenario, seed, arm, known_to_scene, plan, simulation, control(arm, q), period, pile, rims, order)
+    return Attempt(
+        scenario=scenario,
+        seed=seed,
+        arm=arm,
+        transform_known_to_scene=known_to_scene,
+        plan=plan,
+        simulation=simulation,
+        control=make_controller(arm, q),
+        period=period,
+        pile=pile,
+        rims=RimCheck(scene, layout.walls),
+        order=order,
+    )
 
 
 def check(scenario: Scenario) -> None:
-    """Find out what can be found out without a pile: names, files, gains, and keys that do not go together.
+    """Check what can be checked without a pile: names, files, gains, and keys that do not go together.
 
     Raises:
-        ConfigurationError: where one of them cannot be used.
+        ConfigurationError: One of them cannot be used.
     """
     _parts(scenario)
 
 
-def _parts(scenario: Scenario) -> tuple[int, Hand, Objects, Layout, Callable[[ArmModel, Array], Control]]:
-    """Return physics steps in a control period, hand, kind of object, layout, and what makes the controller."""
+def _parts(scenario: Scenario) -> _Parts:
     if scenario.robot not in names():
         raise ConfigurationError(f"robot = {scenario.robot!r} is not known; choose from {', '.join(names())}")
     steps = _steps(scenario)
@@ -137,10 +158,11 @@ def _parts(scenario: Scenario) -> tuple[int, Hand, Objects, Layout, Callable[[Ar
     if scenario.strategy.kind == "object" and (scenario.pile.count == 0 or scenario.support.bin):
         why = "in a bin the push has no choice of its line" if scenario.support.bin else "pile.count is 0"
         raise ConfigurationError(f"strategy.kind = 'object' cannot aim at an object, because {why}; make it 'pile'")
-    return steps, hand, objects, layout, _controller_factory(scenario, hand)
+    return _Parts(steps, hand, objects, layout, controller_factory(scenario, hand))
 
 
 def _steps(scenario: Scenario) -> int:
+    """Return the physics steps in a control period."""
     ratio = 1.0 / (scenario.controller.rate * scenario.sim.timestep)
     if abs(ratio - round(ratio)) > 1e-6 or ratio < 0.5:
         raise ConfigurationError(
@@ -188,55 +210,3 @@ def _plan(scenario: Scenario, hand: HandUse, layout: Layout, line: PushLine, far
         yaw=line.yaw,
         base_position=np.array(layout.base_position),
     )
-
-
-def _controller_factory(scenario: Scenario, hand: Hand) -> Callable[[ArmModel, Array], Control]:
-    """Read the gains now, so that a bad file is found before the pile is settled; bind arm and posture later."""
-    kind = scenario.controller.kind or hand.controller
-    gains = load_gains(scenario.controller.gains or path(scenario.robot, f"{kind}.toml"))
-    wanted = MotionGains if kind == "operational_space" else Impedance
-    if not isinstance(gains, wanted):
-        raise ConfigurationError(
-            f"{scenario.controller.gains}: holds {type(gains).__name__}, but controller.kind = {kind!r} takes "
-            f"{wanted.__name__}; change controller.kind or the table's name"
-        )
-    solver, rate = scenario.controller.solver, scenario.controller.rate
-    compiled = scenario.controller.compiled
-    if compiled and kind != "operational_space":
-        raise ConfigurationError(f"controller.compiled is for operational_space, and controller.kind is {kind!r}")
-    free = _free_gains(scenario, hand, gains) if isinstance(gains, Impedance) else None
-    lever = hand.transform_tool_to_flange.inverse().translation
-    lag = 0.5 / (np.pi * scenario.sensor.cutoff) + 1.0 / rate
-
-    def bind(arm: ArmModel, posture: Array) -> Control:
-        if isinstance(gains, MotionGains):
-            motion = OperationalSpaceController(arm, gains, posture, solver=solver, rate=rate, compiled=compiled)
-            return lambda observation, setpoint, state: motion.step(observation, setpoint.reference, state=state)
-        yielding = ContactImpedanceController.create(arm, gains, posture, solver, rate, free=free, wrench_lag=lag)
-
-        def step(observation: Observation, setpoint: Setpoint, state: ArmState) -> ControllerOutput:
-            if gains.inertia is not None:
-                # The sensor reads at the flange.
-                wrench = move_wrench(observation.wrench, state.rotation.dot(lever))
-                observation = Observation(observation.time, observation.q, observation.v, wrench)
-            return yielding.step(observation, setpoint.reference, state, setpoint.desired_force)
-
-        return step
-
-    return bind
-
-
-def _free_gains(scenario: Scenario, hand: Hand, gains: Impedance) -> Impedance | None:
-    """Return the arm's own gains where those of the scenario are for the time in which the hand presses."""
-    if not gains.desired_force.any():
-        return None
-    if scenario.program == "line" or hand.parameters["use"]["normal_force"] == 0.0:
-        raise ConfigurationError(
-            f"{scenario.controller.gains}: desired_force has no effect, because hand = '{scenario.hand}' with "
-            f"program = '{scenario.program}' never asks for a force; leave it out"
-        )
-    file = path(scenario.robot, "impedance.toml")
-    own = load_gains(file)
-    if not isinstance(own, Impedance):
-        raise ConfigurationError(f"{file}: holds {type(own).__name__}, but an [impedance] is needed to move the arm")
-    return own

@@ -1,0 +1,104 @@
+"""The controller that a scenario asks for, with its gains."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..arm.model import ArmModel
+from ..arm.state import ArmState
+from ..config import Scenario
+from ..control.contact_impedance import ContactImpedanceController
+from ..control.operational_space import OperationalSpaceController
+from ..control.tool_axes import move_wrench
+from ..exceptions import ConfigurationError
+from ..primitives.primitive import Setpoint
+from ..robots import path
+from ..sim.hand import Hand
+from ..tasks.gains import Impedance, MotionGains, load_gains
+from ..types import Array, ControllerOutput, Observation
+
+Control = Callable[[Observation, Setpoint, ArmState], ControllerOutput]
+"""Returns the torque for an observation, a setpoint and the state that belongs to the observation."""
+
+ControllerFactory = Callable[[ArmModel, Array], Control]
+"""Makes the controller of an arm that prefers a posture (nv,) [rad]."""
+
+
+def controller_factory(scenario: Scenario, hand: Hand) -> ControllerFactory:
+    """Read the gains and return what makes the controller.
+
+    A wrong file is thus found before the pile settles, and before the arm and its posture are known.
+
+    Raises:
+        ConfigurationError: The file of gains cannot be used, or does not fit the controller or the program.
+    """
+    settings = scenario.controller
+    name = settings.kind or hand.controller
+    gains = load_gains(settings.gains or path(scenario.robot, f"{name}.toml"))
+    expected = MotionGains if name == "operational_space" else Impedance
+    if not isinstance(gains, expected):
+        raise ConfigurationError(
+            f"{settings.gains}: holds {type(gains).__name__}, but controller.kind = {name!r} takes "
+            f"{expected.__name__}; change controller.kind or the table's name"
+        )
+    if settings.compiled and name != "operational_space":
+        raise ConfigurationError(
+            f"controller.compiled is for operational_space, and controller.kind is {name!r}; leave it out"
+        )
+    if isinstance(gains, MotionGains):
+        return _motion_controller(scenario, gains)
+    return _impedance_controller(scenario, hand, gains)
+
+
+def _motion_controller(scenario: Scenario, gains: MotionGains) -> ControllerFactory:
+    settings = scenario.controller
+
+    def make(arm: ArmModel, posture: Array) -> Control:
+        controller = OperationalSpaceController(
+            arm, gains, posture, solver=settings.solver, rate=settings.rate, compiled=settings.compiled
+        )
+        return lambda observation, setpoint, state: controller.step(observation, setpoint.reference, state=state)
+
+    return make
+
+
+def _impedance_controller(scenario: Scenario, hand: Hand, gains: Impedance) -> ControllerFactory:
+    settings = scenario.controller
+    free = _free_gains(scenario, hand, gains)
+    flange_to_tool = hand.transform_tool_to_flange.inverse().translation
+    # The delay of the wrist sensor's filter, and one control period.
+    lag = 0.5 / (np.pi * scenario.sensor.cutoff) + 1.0 / settings.rate
+
+    def make(arm: ArmModel, posture: Array) -> Control:
+        controller = ContactImpedanceController.create(
+            arm, gains, posture, settings.solver, settings.rate, free=free, wrench_lag=lag
+        )
+
+        def step(observation: Observation, setpoint: Setpoint, state: ArmState) -> ControllerOutput:
+            if gains.inertia is not None:
+                # The sensor reads at the flange.
+                wrench = move_wrench(observation.wrench, state.rotation.dot(flange_to_tool))
+                observation = Observation(observation.time, observation.q, observation.v, wrench)
+            return controller.step(observation, setpoint.reference, state, setpoint.desired_force)
+
+        return step
+
+    return make
+
+
+def _free_gains(scenario: Scenario, hand: Hand, gains: Impedance) -> Impedance | None:
+    """Return the arm's own gains for free motion if the scenario's gains are for the contact; None otherwise."""
+    if not gains.desired_force.any():
+        return None
+    if scenario.program == "line" or hand.use.normal_force == 0.0:
+        raise ConfigurationError(
+            f"{scenario.controller.gains}: desired_force has no effect, because hand = '{scenario.hand}' with "
+            f"program = '{scenario.program}' never asks for a force; leave it out"
+        )
+    file = path(scenario.robot, "impedance.toml")
+    free = load_gains(file)
+    if not isinstance(free, Impedance):
+        raise ConfigurationError(f"{file}: holds {type(free).__name__}, but an [impedance] is needed to move the arm")
+    return free
