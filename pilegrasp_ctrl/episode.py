@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import __version__
-from .analysis.grasp_check import are_held
+from .analysis.grasp_check import NOTHING_HELD, are_held
 from .config import Scenario, load_scenario
 from .control.saturation_monitor import SaturationMonitor
 from .exceptions import ConfigurationError
 from .planning.strategy import Plan
 from .primitives.primitive import ActivePrimitive, Ending, Primitive, PrimitiveInput, Setpoint
 from .programs.attempt import Attempt, prepare
-from .programs.pick_order import PickAttempt
+from .programs.pick_order import BinState, PickAttempt
 from .recorder import Recorder
 from .sim.monitors import Watchdog
 from .sim.readout import FrameFeed, Observer
@@ -187,7 +187,7 @@ class _Loop:
         with _no_garbage_collection():
             self._stand_still()
             if attempt.order:
-                outcomes, reason = attempt.order.fill(self._look, self._begin, self._run_primitives)
+                outcomes, reason = attempt.order.fill(self._bin_state, self._begin, self._run_primitives)
             else:
                 outcomes = self._run_primitives(attempt.plan.primitives)
         wall_time = time.perf_counter() - start - (self._frames.seconds if self._frames else 0.0)
@@ -201,7 +201,7 @@ class _Loop:
             config_hash=attempt.scenario.config_hash(),
             success=not reason,
             grasped=grasped,
-            reason=reason,
+            reason=reason or "",
             outcomes=tuple(outcomes),
             sim_time=float(attempt.simulation.data.time),
             wall_time=wall_time,
@@ -233,13 +233,13 @@ class _Loop:
         if self._recorder:
             self._recorder.push_direction = plan.direction
 
-    def _look(self) -> tuple[Array, Array, Array, float]:
-        """Return the objects' poses, the tool's position, the arm's posture and the time, as `order.Look` says."""
+    def _bin_state(self) -> BinState:
+        """Return what the next step of an order is decided on."""
         simulation = self._attempt.simulation
         poses = simulation.data.qpos[simulation.scene.object_qpos :].reshape(-1, 7).copy()
         q = simulation.data.qpos[: self._attempt.arm.nv].copy()
         tool = self._attempt.arm.update(q, np.zeros(self._attempt.arm.nv)).pose.translation
-        return poses, tool, q, float(simulation.data.time)
+        return BinState(poses, tool, q, float(simulation.data.time))
 
     def _stand_still(self) -> None:
         """Hold the start pose until fingers, friction and the sensor's filter have come to rest, then tare."""
@@ -322,7 +322,7 @@ class _Loop:
         lift = attempt.scenario.strategy.lift_height
         positions = simulation.data.xpos[list(simulation.scene.objects)]
         grasped = int(np.count_nonzero(are_held(positions, tool, attempt.pile.poses[:, 2], lift)))
-        return grasped, "" if grasped else "nothing was in the hand after the lift"
+        return grasped, "" if grasped else NOTHING_HELD
 
 
 def _meta(attempt: Attempt, result: EpisodeResult) -> dict[str, Any]:

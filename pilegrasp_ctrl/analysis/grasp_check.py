@@ -13,6 +13,9 @@ REACH = 0.20
 RISEN = 0.5
 """Share of the lift that an object must have risen by to count as held."""
 
+NOTHING_HELD = "nothing was in the hand after the lift"
+"""Reason of an attempt after whose lift no object is held."""
+
 
 def are_held(position: Array, tool_position: Array, rest_height: Array, lift: float) -> NDArray[np.bool_]:
     """Return which of n objects hang in the hand (n,).

@@ -1,4 +1,4 @@
-"""Orders from the bin: which goal, what becomes of what is held, how it is counted, and one order carried out."""
+"""Orders from the bin: the choice of the goal, delivery or drop, the count, and one simulated order."""
 
 import json
 import math
@@ -16,7 +16,7 @@ from pilegrasp_ctrl.planning.walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, 
 from pilegrasp_ctrl.primitives.free_motions import CARRY_BACK, Carry
 from pilegrasp_ctrl.primitives.grasp import Release
 from pilegrasp_ctrl.primitives.primitive import PrimitiveInput, Setpoint
-from pilegrasp_ctrl.programs.pick_order import PickOrder, delivery_pose
+from pilegrasp_ctrl.programs.pick_order import BinState, PickOrder, delivery_pose
 from pilegrasp_ctrl.sections import PileConfig, SupportConfig
 from pilegrasp_ctrl.types import Outcome, Pose, Reference
 
@@ -27,7 +27,7 @@ AT_WALL, IN_CORNER = np.array([0.95, 0.03, 0.027]), np.array([0.93, 0.15, 0.027]
 
 
 class World:
-    """Stands in for the loop: every attempt lifts as many objects as the script says, or fails at a primitive."""
+    """A replacement of the loop: each attempt lifts as many objects as the script says, or fails at a primitive."""
 
     def __init__(self, script, members=1, count=18, **order):
         self.script, self.members = list(script), members
@@ -46,8 +46,8 @@ class World:
         start = Pose(HIGH, tool_rotation(goal.yaw, 0.9))
         return Plan(start, (Release(1.0, "lift"),), (), start, 0.3, np.array([1.0, 0.0, 0.0])), np.zeros(7)
 
-    def look(self):
-        return self.poses.copy(), HIGH, np.zeros(7), self.time
+    def state(self):
+        return BinState(self.poses.copy(), HIGH, np.zeros(7), self.time)
 
     def begin(self, plan):
         self.begun += 1
@@ -68,10 +68,10 @@ class World:
     def happens(self, name):
         held = self.poses[:, 2] > 0.1
         if name == "lift":
-            what = self.script.pop(0)
-            if isinstance(what, str):
-                return "failed", what
-            lying = np.flatnonzero(self.poses[:, 0] > 0.7)[: what * self.members]
+            lifted = self.script.pop(0)
+            if isinstance(lifted, str):
+                return "failed", lifted
+            lying = np.flatnonzero(self.poses[:, 0] > 0.7)[: lifted * self.members]
             self.poses[lying, :3] = HIGH
         elif name == "release":
             self.poses[held, :3] = [*ORDER_CENTER, 0.03]
@@ -82,14 +82,14 @@ class World:
         return "ended", "done"
 
     def fill(self):
-        outcomes, reason = self.order.fill(self.look, self.begin, self.run_primitives)
+        outcomes, reason = self.order.fill(self.state, self.begin, self.run_primitives)
         assert [outcome.name for outcome in outcomes] == self.names
         return reason
 
 
-def test_one_at_a_time_takes_four_attempts():
+def test_an_order_of_four_takes_four_attempts_of_one():
     world = World([1, 1, 1, 1])
-    assert world.fill() == ""
+    assert world.fill() is None
     assert world.names == ["lift", "deliver", "release"] + 3 * ["return", "lift", "deliver", "release"]
     assert [attempt.delivered for attempt in world.order.attempts] == [1, 1, 1, 1]
     assert world.begun == 4
@@ -97,18 +97,18 @@ def test_one_at_a_time_takes_four_attempts():
     assert [attempt.start for attempt in world.order.attempts] == [0.0, *ends[:-1]]
 
 
-def test_what_is_more_than_is_missing_is_dropped_back():
+def test_objects_beyond_the_order_are_dropped_back():
     world = World([3, 2, 1])
-    assert world.fill() == ""
+    assert world.fill() is None
     first, second, third = world.order.attempts
     assert (first.delivered, second.held, second.delivered, third.delivered) == (3, 2, 0, 1)
     assert second.reason == "2 held where 1 were missing: dropped back"
-    assert world.order.delivered(world.poses) == 4
+    assert world.order.count_delivered(world.poses) == 4
 
 
-def test_since_a_delivery_every_goal_has_its_turn_before_one_is_tried_again():
+def test_every_goal_is_tried_once_before_one_is_tried_again():
     world = World([1, 0, 0, 0, 0, 1, 2])
-    assert world.fill() == ""
+    assert world.fill() is None
     goals = [attempt.goal for attempt in world.order.attempts]
     assert goals == ["wall", "wall", "corner_left", "corner_right", "wall", "corner_left", "wall"]
     assert world.order.attempts[1].reason == "nothing was in the hand after the lift"
@@ -118,8 +118,8 @@ def test_a_goal_that_is_tried_again_is_tried_on_another_line_until_something_is_
     world = World([0, 0, 1, 3])
     world.unreachable = {"corner_left", "corner_right"}
     world.poses[:, :3] = [0.95, 0.05, 0.027]
-    assert world.fill() == ""
-    first, second, third, fourth = (foot[1] for foot in world.anchors)
+    assert world.fill() is None
+    first, second, third, fourth = (anchor[1] for anchor in world.anchors)
     apart = [abs(a - b) for a, b in ((first, second), (second, third), (first, third))]
     assert min(apart) >= NEAR_A_FAILED_LINE
     assert fourth == pytest.approx(first)
@@ -141,7 +141,7 @@ def test_the_goal_is_the_one_with_most_objects_before_the_hand():
     assert world.order.next_plan(world.poses)[0].name == "corner_left"
 
 
-def test_what_lies_to_the_right_of_the_hands_room_at_the_wall_is_fetched_from_the_right_corner():
+def test_objects_too_far_right_at_the_wall_are_picked_from_the_right_corner():
     world = World([])
     world.poses[:, :3] = [0.97, -0.1, 0.025]
     line, plan, _ = world.order.next_plan(world.poses)
@@ -149,7 +149,7 @@ def test_what_lies_to_the_right_of_the_hands_room_at_the_wall_is_fetched_from_th
     assert plan.start.rotation[1, 0] < 0.0
 
 
-def test_a_goal_out_of_reach_is_passed_over_and_none_in_reach_ends_the_order():
+def test_a_goal_out_of_reach_is_skipped_and_the_order_ends_without_one():
     world = World([4])
     world.unreachable = {"wall"}
     assert world.order.next_plan(world.poses)[0].name == "corner_left"
@@ -158,16 +158,16 @@ def test_a_goal_out_of_reach_is_passed_over_and_none_in_reach_ends_the_order():
     assert world.names == []
 
 
-def test_the_goal_that_was_tried_in_vain_is_taken_again_where_no_other_is_in_reach():
+def test_a_failed_goal_is_tried_again_if_no_other_is_in_reach():
     world = World([0, 4])
     world.unreachable = {"corner_left", "corner_right"}
-    assert world.fill() == ""
+    assert world.fill() is None
     assert [attempt.goal for attempt in world.order.attempts] == ["wall", "wall"]
 
 
 def test_a_failed_primitive_is_an_attempt_and_the_arm_is_withdrawn():
     world = World(["collision with the bin's rim", 4])
-    assert world.fill() == ""
+    assert world.fill() is None
     assert world.names == ["lift", "retreat", "return", "lift", "deliver", "release"]
     assert world.withdrawn == ["retreat"]
     assert world.order.attempts[0].reason == "lift: collision with the bin's rim"
@@ -179,7 +179,7 @@ def test_an_arm_that_cannot_withdraw_ends_the_order():
     assert len(world.order.attempts) == 1
 
 
-def test_an_order_is_given_up_after_so_many_attempts():
+def test_an_order_ends_after_max_attempts():
     world = World([0, 1, 0, 1], max_attempts=3)
     assert world.fill() == "1 of 4 delivered after 3 attempts"
     assert len(world.order.attempts) == 3
@@ -187,7 +187,7 @@ def test_an_order_is_given_up_after_so_many_attempts():
 
 def test_a_net_bag_counts_as_one():
     world = World([1, 1, 2], members=3, count=15)
-    assert world.fill() == ""
+    assert world.fill() is None
     assert [attempt.delivered for attempt in world.order.attempts] == [1, 1, 2]
     assert np.count_nonzero(inside(world.poses, ORDER_CENTER, ORDER_INNER)) == 12
 
@@ -244,14 +244,15 @@ def test_an_order_needs_a_bin_a_hand_that_opens_and_objects(keys):
         build_scenario({}, BIN | keys)
 
 
-def test_an_orders_keys_are_idle_elsewhere():
+def test_keys_without_effect_on_the_program_are_rejected():
     with pytest.raises(ConfigurationError, match=r"order\.count has no effect where program = 'grasp'"):
         build_scenario({}, {"order.count": 2})
     with pytest.raises(ConfigurationError, match=r"line\.speed has no effect where program = 'order'"):
         build_scenario({}, BIN | {"line.speed": 0.2})
 
 
-def test_an_order_of_one_is_carried_out_and_lies_in_its_crate():
+@pytest.mark.slow
+def test_an_order_of_one_ends_in_its_crate():
     result = run("bin_picking", overrides={"order.count": 1}, record=True)
     assert result.success, result.reason
     assert result.grasped == 1
@@ -270,7 +271,8 @@ def test_an_order_of_one_is_carried_out_and_lies_in_its_crate():
     assert math.isclose(result.attempts[-1].end, result.sim_time, abs_tol=0.01)
 
 
-def test_time_is_limited_for_each_attempt_and_the_next_one_begins_anew(monkeypatch):
+@pytest.mark.slow
+def test_the_time_limit_holds_for_each_attempt(monkeypatch):
     monkeypatch.setattr("pilegrasp_ctrl.episode.TIME_LIMIT", 2.0)
     result = run("bin_picking", overrides={"order.max_attempts": 2, "pile.count": 1})
     assert [attempt.reason for attempt in result.attempts] == 2 * ["approach: time limit of 2 s"]
