@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import io
-import re
-from collections.abc import Callable, Sequence
-from functools import wraps
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -13,22 +10,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..study.charts import figure_style, page_colours, svg_element
 from .analysis import AXES, Contender, Explanation, SweepPoint
 from .objectives import Measured, objective_names
 from .stability_margin import MOST
 from .store import TrialRecord
 
-# Drawn in colours that no figure uses, each of which the page then names: so one drawing serves light and dark.
-COLOURS = {
-    "ink": "#010203",
-    "soft": "#010204",
-    "rule": "#010205",
-    "paper": "#010206",
-    "start": "#010207",
-    "best": "#010208",
-    "front": "#010209",
-    "bad": "#01020a",
-}
+COLOURS = page_colours("ink", "soft", "rule", "paper", "start", "best", "front", "bad")
 INK, SOFT, RULE, PAPER, START, BEST, FRONT, BAD = COLOURS.values()
 WIDE, SMALL = (4.4, 3.1), (3.0, 2.1)
 """Width and height of a panel [in]."""
@@ -37,43 +25,8 @@ LABELS = {"tracking": "tracking error [mm]", "activity": "torque activity [%]", 
 _KINDS = ((False, "x", BAD, "rings too early"), (True, "o", SOFT, "keeps the margin"))
 """Whether a trial is feasible, and how it is drawn."""
 
-_STYLE: Any = {
-    "svg.fonttype": "none",
-    "svg.hashsalt": "pilegrasp",
-    "font.family": "sans-serif",
-    "font.size": 9.0,
-    "text.color": INK,
-    "axes.edgecolor": RULE,
-    "axes.labelcolor": SOFT,
-    "axes.facecolor": "none",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.titlesize": 9.0,
-    "axes.titlecolor": INK,
-    "xtick.color": SOFT,
-    "ytick.color": SOFT,
-    "grid.color": RULE,
-    "grid.linewidth": 0.6,
-    "legend.frameon": False,
-    "legend.fontsize": 8.0,
-    "legend.labelcolor": INK,
-    "lines.linewidth": 1.6,
-    "figure.constrained_layout.use": True,
-}
 
-
-def _styled(draw: Callable[..., str]) -> Callable[..., str]:
-    """Draw in the page's style, whatever the user's own settings of matplotlib are."""
-
-    @wraps(draw)
-    def styled(*arguments: Any) -> str:
-        with mpl.rc_context({**mpl.rcParamsDefault, **_STYLE}):
-            return draw(*arguments)
-
-    return styled
-
-
-@_styled
+@figure_style(INK, SOFT, RULE)
 def trade_off(explanation: Explanation, x: str) -> str:
     """Return the trials in the plane of tracking and another objective, the front, the start and the best."""
     figure, axes = _panel(WIDE)
@@ -97,10 +50,10 @@ def trade_off(explanation: Explanation, x: str) -> str:
     axes.set(xscale="linear" if x == "overshoot" else "log", yscale="log", xlabel=LABELS[x], ylabel=LABELS["tracking"])
     _plain_ticks(axes)
     _legend_above(figure, axes, 3)
-    return _svg(figure, f"tracking error against {LABELS[x]}")
+    return svg_element(figure, f"tracking error against {LABELS[x]}", COLOURS)
 
 
-@_styled
+@figure_style(INK, SOFT, RULE)
 def history(explanation: Explanation) -> str:
     """Return the tracking error of every trial, and the smallest with margin so far."""
     figure, axes = _panel(WIDE)
@@ -121,10 +74,10 @@ def history(explanation: Explanation) -> str:
     axes.set(yscale="log", xlabel="trial", ylabel=LABELS["tracking"])
     _plain_ticks(axes)
     _legend_above(figure, axes, 2)
-    return _svg(figure, "tracking error over the trials")
+    return svg_element(figure, "tracking error over the trials", COLOURS)
 
 
-@_styled
+@figure_style(INK, SOFT, RULE)
 def step_panel(explanation: Explanation, axis: int) -> str:
     """Return the responses of start and best to a step along one axis, as a share of it."""
     figure, axes = _panel(SMALL)
@@ -140,10 +93,10 @@ def step_panel(explanation: Explanation, axis: int) -> str:
     axes.set(title=AXES[axis], xlabel="time [ms]", xlim=(0.0, 1e3 * _moving(explanation)), ylim=(-0.1, 1.6))
     axes.grid(axis="y")
     axes.legend(loc="lower right")
-    return _svg(figure, f"step response, {AXES[axis]}")
+    return svg_element(figure, f"step response, {AXES[axis]}", COLOURS)
 
 
-@_styled
+@figure_style(INK, SOFT, RULE)
 def margin_panel(explanation: Explanation) -> str:
     """Return the ringing over the factor on the stiffness, as simulated and a control period later."""
     figure, axes = _panel(WIDE)
@@ -158,10 +111,10 @@ def margin_panel(explanation: Explanation) -> str:
     axes.set(xscale="log", yscale="log", xlabel="factor on the stiffness", ylabel="ringing (1 and above rings)")
     _plain_ticks(axes)
     _legend_above(figure, axes, 2)
-    return _svg(figure, "ringing over the factor on the stiffness")
+    return svg_element(figure, "ringing over the factor on the stiffness", COLOURS)
 
 
-@_styled
+@figure_style(INK, SOFT, RULE)
 def sweep_panel(explanation: Explanation, name: str) -> str:
     """Return how the objectives change with one gain, in multiples of the best's."""
     figure, axes = _panel(SMALL)
@@ -183,7 +136,7 @@ def sweep_panel(explanation: Explanation, name: str) -> str:
     axes.set(xscale="log", yscale="log", xlabel=label, ylabel="multiple of the best")
     _plain_ticks(axes)
     axes.legend(loc="best")
-    return _svg(figure, f"objectives over {name}")
+    return svg_element(figure, f"objectives over {name}", COLOURS)
 
 
 def _moving(explanation: Explanation) -> float:
@@ -242,21 +195,6 @@ def _subs(side: Any) -> tuple[float, ...]:
     """Return the digits at which ticks stand: more of them where the axis spans little."""
     low, high = side.get_view_interval()
     return (1.0, 2.0, 5.0) if high / low > 8.0 else (1.0, 1.2, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
-
-
-def _svg(figure: Figure, description: str) -> str:
-    """Return the drawing as an element of an HTML page: no declarations, no addresses, no size of its own."""
-    buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
-    text = buffer.getvalue()
-    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
-    text = re.sub(r'\sxmlns(:xlink)?="[^"]*"', "", text).replace("xlink:href", "href")
-    text = re.sub(
-        r'<svg [^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="img" aria-label="{description}">', text, count=1
-    )
-    for name, colour in COLOURS.items():
-        text = text.replace(colour, f"var(--{name})")
-    return text
 
 
 def contender_responses(contender: Contender) -> int:
