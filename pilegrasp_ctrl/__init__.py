@@ -6,8 +6,9 @@ Public names are imported where they are first used, so that importing the packa
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
+
+from .provenance import VERSION
 
 if TYPE_CHECKING:
     from .arm.model import ArmModel as ArmModel
@@ -90,10 +91,7 @@ _MODULES = {
     "write_html": "viewer",
 }
 
-try:
-    __version__ = version("pilegrasp")
-except PackageNotFoundError:
-    __version__ = "0+uninstalled"
+__version__ = VERSION
 
 
 def __getattr__(name: str) -> Any:

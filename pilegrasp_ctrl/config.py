@@ -14,6 +14,7 @@ from pydantic import Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from .exceptions import ConfigurationError
+from .files import read_toml
 from .scenarios import find, is_file, object_digests, object_parts
 from .sections import (
     ControllerConfig,
@@ -178,11 +179,7 @@ def load_scenario(name: str | Path, overrides: Mapping[str, Any] | None = None) 
         ConfigurationError: where nothing has that name, or the file is missing, is not TOML, or does not validate.
     """
     path = find(name)
-    try:
-        table = tomllib.loads(_read(path).decode("utf-8-sig"))
-    # Besides its own error and that of the encoding, tomllib lets a huge integer's and a deep nesting's through.
-    except (ValueError, RecursionError) as error:
-        raise ConfigurationError(f"{path}: is not valid TOML: {error}") from None
+    table = read_toml(path)
     table.setdefault("name", path.stem)
     controller, pile = table.get("controller"), table.get("pile")
     if isinstance(controller, dict) and isinstance(gains := controller.get("gains"), str):

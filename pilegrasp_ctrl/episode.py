@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +22,7 @@ from .planning.strategy import Plan
 from .primitives.primitive import ActivePrimitive, Ending, Primitive, PrimitiveInput, Setpoint
 from .programs.attempt import Attempt, prepare
 from .programs.pick_order import BinState, PickAttempt
+from .provenance import versions
 from .recorder import Recorder
 from .sim.monitors import Watchdog
 from .sim.readout import FrameFeed, Observer
@@ -341,5 +341,5 @@ def _meta(attempt: Attempt, result: EpisodeResult) -> dict[str, Any]:
         "outcomes": [outcome.as_dict() for outcome in result.outcomes],
         "packing_density": result.packing_density,
         "attempts": [pick.as_dict() for pick in result.attempts],
-        "versions": {name: version(name) for name in ("mujoco", "pin", "numpy", "daqp")} | {"pilegrasp": __version__},
+        "versions": versions(),
     }

@@ -1,22 +1,83 @@
-"""Files that the user asked for: refused before the work starts, where they could not be written after it."""
+"""Files of the user: read TOML, check a place before the work starts, write a file whole or not at all."""
 
 from __future__ import annotations
 
 import os
 import tempfile
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
-from .exceptions import ExportError
+from .exceptions import ConfigurationError, ExportError, PilegraspError
 
 VIEWS = (".html", ".png", ".gif", ".mp4")
-"""What a recording can be shown as: page, contact sheet, movies."""
+"""Suffixes of what shows a recording: page, contact sheet, movies."""
+
+
+def read_toml(path: Path, what: str = "", error: type[PilegraspError] = ConfigurationError) -> dict[str, Any]:
+    """Return the table in a TOML file.
+
+    Args:
+        path: File to read.
+        what: Content of the file, for the sentence about a missing one, such as "of gains".
+        error: Type of the error.
+
+    Raises:
+        error: The file is missing, cannot be read, or is not valid TOML.
+    """
+    try:
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except FileNotFoundError:
+        raise error(f"{path}: no such file{f' {what}' if what else ''}") from None
+    except OSError as problem:
+        raise error(f"{path}: cannot be read: {problem.strerror}") from None
+    # Besides its own error and that of the encoding, tomllib raises others for huge integers and deep nesting.
+    except (ValueError, RecursionError) as problem:
+        raise error(f"{path}: is not valid TOML: {problem}") from None
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Yield a place beside `path` to write to; it becomes `path` at the end, and vanishes after an error.
+
+    A reader sees either the old content or all of the new.
+
+    Raises:
+        OSError: The place cannot be written.
+    """
+    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        yield beside
+        os.replace(beside, path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def write_whole(path: Path, content: bytes, *, durable: bool = False) -> None:
+    """Write a file so that a reader sees either the old content or all of the new.
+
+    Args:
+        path: File to write.
+        content: Bytes of the file.
+        durable: Whether to wait until the bytes are on the disk, so that they survive a power failure.
+
+    Raises:
+        OSError: The place cannot be written; nothing is left behind.
+    """
+    with whole_file(path) as beside, beside.open("wb") as file:
+        file.write(content)
+        if durable:
+            file.flush()
+            os.fsync(file.fileno())
 
 
 def check_output(path: Path, *suffixes: str) -> None:
-    """Find out whether `path` ends in one of `suffixes` and can be written, and leave nothing behind.
+    """Check that `path` ends in one of `suffixes` and can be written; leave nothing behind.
 
     Raises:
-        ExportError: where the suffix is another, the folder does not exist, or the file may not be written.
+        ExportError: The suffix is another, the folder does not exist, or the file may not be written.
     """
     if path.suffix not in suffixes:
         listed = " or ".join(filter(None, (", ".join(suffixes[:-1]), suffixes[-1])))
@@ -31,8 +92,8 @@ def check_output(path: Path, *suffixes: str) -> None:
             raise ExportError(f"{path}: the folder {folder} does not exist; make it first")
         if path.exists() and not os.access(path, os.W_OK):
             raise ExportError(f"{path}: the file exists and may not be overwritten")
-        # Only the attempt tells: the permission bits say nothing to root, nor about a read-only file system. The
-        # length of the name leaves room for the suffix that the file has until it is complete.
+        # Only an attempt tells: permission bits say nothing to root, nor about a read-only file system. The name is as
+        # long as that of the incomplete file.
         with tempfile.NamedTemporaryFile(dir=folder, prefix=f".{path.name}.", suffix=".part"):
             pass
     except OSError as error:

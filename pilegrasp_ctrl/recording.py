@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .contacts import Contacts
 from .exceptions import RecordingError
+from .files import write_whole
 
 FORMAT = "pilegrasp-recording"
 VERSION = 2
@@ -76,20 +77,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     raise TypeError(f"{type(value).__name__} is not a JSON value")
-
-
-def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file so that a reader sees either the old content or all of the new.
-
-    Raises:
-        OSError: where the place cannot be written; nothing is left behind.
-    """
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        beside.write_bytes(content)
-        os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,7 +259,7 @@ class Recording:
         buffer = io.BytesIO()
         np.savez_compressed(buffer, **arrays)
         try:
-            write_atomically(Path(path), buffer.getvalue())
+            write_whole(Path(path), buffer.getvalue())
         except (OSError, ValueError) as error:
             raise RecordingError(f"the recording cannot be written to {str(path)!r}: {error}") from error
 

@@ -1,11 +1,11 @@
 """Models of arms and hands: one folder each, with URDF, MJCF, and `robot.toml` for every number and its source."""
 
-import tomllib
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any
 
 from pilegrasp_ctrl.exceptions import ModelError
+from pilegrasp_ctrl.files import read_toml
 
 _ROOT = Path(__file__).resolve().parent
 
@@ -36,11 +36,7 @@ def description(name: str) -> dict[str, Any]:
     """
     if name not in (known := [*names(), *hands()]):
         raise ModelError(f"no robot '{name}'; the robots are: {', '.join(known)}")
-    file = path(name, "robot.toml")
-    try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as error:
-        raise ModelError(f"{file} is not valid TOML: {error}") from error
+    return read_toml(path(name, "robot.toml"), error=ModelError)
 
 
 def names() -> list[str]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import tomllib
 from difflib import get_close_matches
 from pathlib import Path
 
 from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.files import read_toml
 
 FOLDER = Path(__file__).resolve().parent
 
@@ -28,16 +28,15 @@ def object_digests(path: Path) -> list[str]:
     Raises:
         ConfigurationError: where one of them cannot be read, or the file is not TOML.
     """
+    table = read_toml(path)
     try:
-        content = path.read_bytes()
-        table = tomllib.loads(content.decode("utf-8-sig"))
         places = [place for place in (table, *table.values()) if isinstance(place, dict)]
         meshes = [path.parent / place["file"] for place in places if isinstance(place.get("file"), str)]
-        return [hashlib.sha256(data).hexdigest() for data in (content, *(mesh.read_bytes() for mesh in meshes))]
+        return [
+            hashlib.sha256(data).hexdigest() for data in (path.read_bytes(), *(mesh.read_bytes() for mesh in meshes))
+        ]
     except OSError as error:
         raise ConfigurationError(f"{error.filename}: cannot be read: {error.strerror}") from None
-    except (ValueError, RecursionError) as error:
-        raise ConfigurationError(f"{path}: is not valid TOML: {error}") from None
 
 
 def is_file(name: str) -> bool:

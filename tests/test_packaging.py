@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pilegrasp_ctrl.validation.installation import PACKAGES
+from pilegrasp_ctrl.provenance import dependencies
 from places import ROOT
 
 LINKED = ("robots", "scenarios", "viewer")
@@ -84,7 +84,7 @@ def test_an_installed_wheel_works_on_its_own(built, tmp_path):
 
 def test_the_doctor_knows_every_dependency():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert [text.partition(">=")[0] for text in project["dependencies"]] == list(PACKAGES)
+    assert [text.partition(">=")[0] for text in project["dependencies"]] == list(dependencies())
 
 
 def test_every_dependency_is_locked():

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from pilegrasp_ctrl.analysis.meta import plain
 from pilegrasp_ctrl.exceptions import ExportError
-from pilegrasp_ctrl.recording import Recording, write_atomically
+from pilegrasp_ctrl.files import write_whole
+from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.stills import Progress, Stills
 from pilegrasp_ctrl.viewer.summary import Phase, Summary, summarize
 
@@ -98,6 +99,6 @@ def write_png(recording: Recording, path: str | os.PathLike[str], progress: Prog
                 progress(index + 1, len(shown))
         picture = stills.sheet()
     try:
-        write_atomically(Path(path), picture)
+        write_whole(Path(path), picture)
     except (OSError, ValueError) as error:
         raise ExportError(f"the picture cannot be written to {str(path)!r}: {error}") from error

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import os
 import shutil
 import subprocess
 import tempfile
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import IO
 
 from pilegrasp_ctrl.exceptions import ExportError
+from pilegrasp_ctrl.files import whole_file
 
 
 def require_ffmpeg() -> str:
@@ -42,18 +42,14 @@ def encode_mp4(executable: str, pictures: Iterable[bytes], fps: float, path: Pat
     Raises:
         ExportError: where the program fails or the place cannot be written.
     """
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
     command = [executable, "-hide_banner", "-loglevel", "error", "-nostdin", "-y"]
     command += ["-f", "image2pipe", "-framerate", f"{fps:g}", "-c:v", "png", "-i", "pipe:0"]
-    command += ["-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", f"file:{beside}"]
+    command += ["-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"]
     try:
-        with tempfile.TemporaryFile() as complaints:
-            _feed(command, pictures, complaints)
-        os.replace(beside, path)
+        with whole_file(path) as beside, tempfile.TemporaryFile() as complaints:
+            _feed([*command, f"file:{beside}"], pictures, complaints)
     except (OSError, ValueError) as error:
         raise ExportError(f"the movie cannot be written to {str(path)!r}: {error}") from error
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def _feed(command: list[str], pictures: Iterable[bytes], complaints: IO[bytes]) -> None:

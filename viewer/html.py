@@ -14,7 +14,8 @@ from string import Template
 from typing import Any
 
 from pilegrasp_ctrl.exceptions import ExportError
-from pilegrasp_ctrl.recording import Recording, write_atomically
+from pilegrasp_ctrl.files import write_whole
+from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.commands import commands, pack
 from pilegrasp_ctrl.viewer.contact_block import contact_block
 from pilegrasp_ctrl.viewer.panel import panel_data, panel_html
@@ -123,6 +124,6 @@ def write_html(recording: Recording, path: str | os.PathLike[str], beside: Recor
     """
     content = page(recording, beside).encode("utf-8", errors="replace")
     try:
-        write_atomically(Path(path), content)
+        write_whole(Path(path), content)
     except (OSError, ValueError) as error:
         raise ExportError(f"the page cannot be written to {str(path)!r}: {error}") from error

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from pilegrasp_ctrl.exceptions import ExportError
-from pilegrasp_ctrl.recording import Recording, write_atomically
+from pilegrasp_ctrl.files import write_whole
+from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.contact_sheet import ink, title
 from pilegrasp_ctrl.viewer.ffmpeg import encode_mp4, require_ffmpeg
 from pilegrasp_ctrl.viewer.stills import Progress, Stills
@@ -112,7 +113,7 @@ def write_gif(
         content, "GIF", save_all=True, append_images=images[1:], duration=durations, loop=0, optimize=False, disposal=1
     )
     try:
-        write_atomically(Path(path), content.getvalue())
+        write_whole(Path(path), content.getvalue())
     except (OSError, ValueError) as error:
         raise ExportError(f"the movie cannot be written to {str(path)!r}: {error}") from error
 

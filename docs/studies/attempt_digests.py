@@ -30,7 +30,7 @@ ATTEMPTS: list[tuple[str, int, dict[str, object]]] = [
     ("cylinders_wall", 3, {}),
     ("cylinders_wall", 4, {"hand": "shovel", "strategy.kind": "object"}),
     ("cubes_wall", 3, {"controller.kind": "impedance"}),
-    ("spheres_wall", 8, {"pile.object": "lime+apple", "pile.variant": "sim", "pile.count": 10}),
+    ("spheres_wall", 8, {"pile.object": "lime+apple", "pile.variant": "literal", "pile.count": 10}),
     ("spheres_wall", 9, {"pile.object": "lime_net", "pile.count": 6, "support.tilt_deg": 5.0}),
     ("bin_picking", 3, {"order.count": 2}),
     ("bin_picking", 4, {"order.count": 1, "pile.object": "cylinder"}),
@@ -88,7 +88,7 @@ def main() -> None:
         try:
             result = pg.run(scenario, seed=seed, overrides=overrides, record=record)
         except pg.PilegraspError as error:
-            document[name] = str(error)
+            document[name] = str(error).replace(str(Path(pg.__file__).resolve().parents[1]), "")
             continue
         plain = stable(result.as_dict())
         document[name] = [result.grasped, digest(json.dumps(plain, sort_keys=True).encode())]

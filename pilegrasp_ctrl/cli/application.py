@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from .. import __version__
 from ..exceptions import PilegraspError
+from ..provenance import VERSION
 from .options import DebugOption
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="markdown")
@@ -24,6 +24,6 @@ def pilegrasp(
 ) -> None:
     """Simulate a robot that grasps from a pile without seeing it, and look at what happened."""
     if version:
-        print(__version__)
+        print(VERSION)
     elif context.invoked_subcommand is None:
         raise PilegraspError("no command is given; `pilegrasp --help` lists them")

@@ -36,8 +36,7 @@ def report_study(
     debug: DebugOption = False,
 ) -> None:
     """Write DIR/index.html: success by condition, every attempt, and its recording where there is one."""
-    from ..files import check_output
-    from ..recording import write_atomically
+    from ..files import check_output, write_whole
     from ..viewer.index import index_page
     from ..viewer.index_rows import read_attempts
 
@@ -48,7 +47,7 @@ def report_study(
     links = _links(folder, rows)
     document = index_page(folder.resolve().name or "study", rows, links)
     try:
-        write_atomically(output, document.encode("utf-8", errors="replace"))
+        write_whole(output, document.encode("utf-8", errors="replace"))
     except OSError as error:
         raise ExportError(f"{output}: the page cannot be written: {error.strerror}") from None
     if as_json:
@@ -133,7 +132,7 @@ def _links(folder: Path, rows: list[AttemptRow]) -> Links:
 
 def _pictures(place: Path, stems: list[str]) -> dict[str, bytes]:
     """Return the thumbnails by stem, drawing those that are missing where a browser is found."""
-    from ..recording import write_atomically
+    from ..files import write_whole
     from ..viewer.chromium import find_chromium
     from ..viewer.thumbnails import thumbnails
 
@@ -144,7 +143,7 @@ def _pictures(place: Path, stems: list[str]) -> dict[str, bytes]:
         drawn = thumbnails([place / f"{stem}.html" for stem in missing], progress)
     for stem, picture in zip(missing, drawn, strict=True):
         try:
-            write_atomically(place / f"{stem}.jpg", picture)
+            write_whole(place / f"{stem}.jpg", picture)
         except OSError as error:
             raise ExportError(f"{place}: a thumbnail cannot be written: {error.strerror}") from None
     return {stem: (place / f"{stem}.jpg").read_bytes() for stem in stems}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from difflib import get_close_matches
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..exceptions import ConfigurationError
+from ..files import read_toml
 from .contact import Surface, restitution_for_mass
 from .hull import Hull
 from .net import Net
@@ -108,15 +108,7 @@ def read_object(file: Path, variant: str = "real") -> ObjectModel:
     Raises:
         ConfigurationError: one sentence that names the file, the key and what is allowed.
     """
-    try:
-        table = tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
-        raise ConfigurationError(f"{file}: no such file of an object") from None
-    except OSError as error:
-        raise ConfigurationError(f"{file}: cannot be read: {error.strerror}") from None
-    # Besides its own error and that of the encoding, tomllib lets a huge integer's and a deep nesting's through.
-    except (ValueError, RecursionError) as error:
-        raise ConfigurationError(f"{file}: is not valid TOML: {error}") from None
+    table = read_toml(file, "of an object")
     try:
         return build_object(table, file.stem, variant, file.parent)
     except ConfigurationError as error:

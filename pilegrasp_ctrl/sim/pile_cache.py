@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..files import whole_file
 from ..types import Array
 
 
@@ -37,9 +38,8 @@ class PileCache:
         """Write through a temporary file, so that a killed process leaves nothing half-written."""
         try:
             self._file.parent.mkdir(parents=True, exist_ok=True)
-            with tempfile.NamedTemporaryFile(dir=self._file.parent, suffix=".npz", delete=False) as temporary:
-                np.savez(temporary, poses=poses, packing_density=density)
-            os.replace(temporary.name, self._file)
+            with whole_file(self._file) as beside, beside.open("wb") as file:
+                np.savez(file, poses=poses, packing_density=density)
         except OSError:
             return
 

@@ -2,31 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterable, Mapping
-from functools import cache
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from .. import __version__
 from ..config import Scenario
 from ..exceptions import ConfigurationError
+from ..provenance import code_digest, digest, version_of, versions
 from ..robots import path as robot_file
 from ..scenarios import object_digests, object_files
 
-PACKAGES = ("mujoco", "pin", "numpy", "daqp", "mink")
 SOLVERS = {"osqp": "osqp", "proxqp": "proxsuite", "quadprog": "quadprog"}
 """Packages of those solvers that not every attempt uses."""
-
-_PACKAGE = Path(__file__).resolve().parents[2]
-# What decides a result; the command line, the viewer and the experiments only ask for it and show it.
-_CODE = (
-    *("types.py", "config.py", "config_sections.py", "arm_model.py", "arm_state.py", "tasks", "limits", "control"),
-    *("trajectories", "primitives", "sim", "aim.py", "preparation.py", "episode.py", "order.py", "recorder.py"),
-)
 
 
 def origins_of(scenarios: Iterable[Scenario], measure: str | None = None) -> dict[str, str]:
@@ -38,8 +27,7 @@ def origins_of(scenarios: Iterable[Scenario], measure: str | None = None) -> dic
         ConfigurationError: where a file cannot be read or the module of `measure` cannot be found.
         ModelError: where a robot or hand is not known.
     """
-    found = {"pilegrasp": __version__, "the simulation's code": _code()}
-    found |= {package: _version(package) for package in PACKAGES}
+    found = versions() | {"the simulation's code": code_digest()}
     found["measure"] = measure or "none"
     if measure is not None:
         found["the measure's code"] = _measure(measure)
@@ -50,9 +38,9 @@ def origins_of(scenarios: Iterable[Scenario], measure: str | None = None) -> dic
         if scenario.pile.count and scenario.pile.object in shipped:
             found[f"objects/{scenario.pile.object}"] = _object(shipped[scenario.pile.object])
         if package := SOLVERS.get(scenario.controller.solver):
-            found[package] = _version(package)
+            found[package] = version_of(package)
         if scenario.controller.compiled:
-            found["numba"] = _version("numba")
+            found["numba"] = version_of("numba")
     return found
 
 
@@ -106,35 +94,14 @@ def _is_digest(identity: str) -> bool:
     return identity.startswith("sha256:")
 
 
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "absent"
-
-
-def _digest(parts: Iterable[tuple[str, bytes]]) -> str:
-    total = hashlib.sha256()
-    for name, content in parts:
-        total.update(f"{name}\0{len(content)}\0".encode() + content)
-    return f"sha256:{total.hexdigest()[:32]}"
-
-
-@cache
-def _code() -> str:
-    """Return a digest of the modules that decide a result; read once, as the process runs what it has imported."""
-    files = [file for name in _CODE for file in sorted([*(_PACKAGE / name).rglob("*.py"), _PACKAGE / name])]
-    return _digest((str(file.relative_to(_PACKAGE)), file.read_bytes()) for file in files if file.is_file())
-
-
 def _folder(folder: Path) -> str:
     """Return a digest of a robot's or hand's files; its README and the package's marker decide nothing."""
     files = sorted(file for file in folder.rglob("*") if file.is_file() and file.suffix not in (".md", ".py", ".pyc"))
-    return _digest((str(file.relative_to(folder)), file.read_bytes()) for file in files)
+    return digest((str(file.relative_to(folder)), file.read_bytes()) for file in files)
 
 
 def _object(file: Path) -> str:
-    return _digest(("", digest.encode()) for digest in object_digests(file))
+    return digest(("", digest.encode()) for digest in object_digests(file))
 
 
 def _measure(name: str) -> str:
@@ -149,4 +116,4 @@ def _measure(name: str) -> str:
     if file is None:
         return "none"
     files = sorted(Path(file).parent.rglob("*.py")) if "." in module else [Path(file)]
-    return _digest((other.name, other.read_bytes()) for other in files)
+    return digest((other.name, other.read_bytes()) for other in files)

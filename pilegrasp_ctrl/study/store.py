@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -13,6 +12,7 @@ from typing import Any, Self
 
 from ..config import Scenario, build_scenario
 from ..exceptions import ConfigurationError, ExportError
+from ..files import write_whole
 from .attempt import AttemptReport, AttemptRow
 from .condition import Condition
 from .origins import compare, difference
@@ -269,13 +269,8 @@ def _row(config_hash: str, seed: int, condition: str, result: str | None, error:
 
 
 def _write_durably(path: Path, content: bytes) -> None:
-    beside = path.with_name(f".{path.name}.part")
     try:
         path.parent.mkdir(exist_ok=True)
-        with beside.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.replace(path)
+        write_whole(path, content, durable=True)
     except OSError as error:
         raise ExportError(f"{path}: the recording cannot be written: {error.strerror}") from None

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..exceptions import ExportError
-from ..recording import write_atomically
+from ..files import write_whole
 from .attempt import AttemptRow
 from .store import StudyStore
 
@@ -61,7 +61,7 @@ def write_table(store: StudyStore, path: Path) -> int:
     lines = table(store)
     content = _parquet(lines) if path.suffix == ".parquet" else _csv(lines)
     try:
-        write_atomically(path, content)
+        write_whole(path, content)
     except OSError as error:
         raise ExportError(f"{path}: the table cannot be written: {error.strerror}") from None
     return len(lines)

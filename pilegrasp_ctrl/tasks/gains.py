@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..exceptions import ConfigurationError
+from ..files import read_toml
 from ..types import Array
 from .gain_values import pair, scalar, six, wrench
 
@@ -121,15 +121,7 @@ def load_gains(path: str | Path) -> MotionGains | Impedance:
         ConfigurationError: where the file is missing, is not TOML, or holds a key or value that cannot be used.
     """
     path = Path(path)
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ConfigurationError(f"{path}: no such file of gains") from None
-    except OSError as error:
-        raise ConfigurationError(f"{path}: cannot be read: {error.strerror}") from None
-    # Besides its own error and that of the encoding, tomllib lets a huge integer's and a deep nesting's through.
-    except (ValueError, RecursionError) as error:
-        raise ConfigurationError(f"{path}: is not valid TOML: {error}") from None
+    table = read_toml(path, "of gains")
     if len(table) != 1 or not set(table) <= set(_KINDS) or not isinstance(next(iter(table.values())), dict):
         raise ConfigurationError(
             f"{path}: one table is expected, [motion] in 1/s² or [impedance] in N/m and N·m/rad; found {list(table)}"

@@ -7,14 +7,13 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from .. import __version__
 from ..config import Scenario
 from ..exceptions import ConfigurationError, ExportError
-from ..recording import write_atomically
+from ..files import write_whole
+from ..provenance import versions
 from ..robots import path as robot_file
 from ..sim.hand import Hand
 from ..study.folder_lock import locked
@@ -27,7 +26,6 @@ from .trial import REQUIRED_MARGIN, TrialReport, TrialWork, resting_arm, run_tri
 
 FIRST_JUDGING_SEED = 10000
 """Seeds from here on judge what was tuned on smaller ones."""
-ENGINES = ("mujoco", "pin", "daqp", "numpy", "optuna")
 
 Progress = Callable[[str, int, int, float | None], None]
 """Called with what is being done, how much of it is done, how much there is, and the best tracking so far [mm]."""
@@ -67,7 +65,7 @@ class Search:
             "required_margin": REQUIRED_MARGIN,
             "late": self.late,
             "sampler": {"seed": SAMPLER_SEED, "batch": BATCH, "spread": SPREAD},
-            "versions": versions(),
+            "versions": versions("optuna"),
         }
 
     def gains_file(self, number: int) -> Path:
@@ -85,11 +83,6 @@ class Search:
         gains = self.space.gains(self.space.rounded(values))
         comment = f"Trial {number} of a search over gains: {self.scenario.name}, {self.kind}."
         return TrialWork(number, self.with_gains(gains, self.gains_file(number), comment), self.seeds, self.late)
-
-
-def versions() -> dict[str, str]:
-    """Return the versions of this program and of what its results depend on."""
-    return {"pilegrasp": __version__} | {name: version(name) for name in ENGINES}
 
 
 def plan_search(
@@ -199,7 +192,7 @@ def write_text(path: Path, text: str) -> None:
         ExportError: where it cannot be written.
     """
     try:
-        write_atomically(path, text.encode())
+        write_whole(path, text.encode())
     except OSError as error:
         raise ExportError(f"{path}: cannot be written: {error.strerror}") from None
 

@@ -7,32 +7,10 @@ import shutil
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from .. import __version__
 from ..exceptions import ModelError, PilegraspError
-
-PACKAGES = (
-    "pin",
-    "mujoco",
-    "qpsolvers",
-    "osqp",
-    "daqp",
-    "mink",
-    "example-robot-data",
-    "meshcat",
-    "pillow",
-    "tornado",
-    "numpy",
-    "scipy",
-    "pydantic",
-    "typer",
-    "rich",
-    "optuna",
-    "matplotlib",
-    "seaborn",
-)
+from ..provenance import ABSENT, VERSION, dependencies, version_of
 
 SOLVERS = ("daqp", "osqp")
 
@@ -59,8 +37,8 @@ class Check:
 def examine() -> list[Check]:
     """Carry out every check; a check that raises has failed, and the others go on."""
     return [
-        Check("pilegrasp", True, f"{__version__} on Python {platform.python_version()}, {platform.platform()}"),
-        *(_check(name, partial(_version, name)) for name in PACKAGES),
+        Check("pilegrasp", True, f"{VERSION} on Python {platform.python_version()}, {platform.platform()}"),
+        *(_check(name, partial(_version, name)) for name in dependencies()),
         *(_check(f"solver {name}", partial(_solver, name)) for name in SOLVERS),
         _check("engines agree", _engines),
         _browser(),
@@ -78,10 +56,9 @@ def _check(name: str, question: Callable[[], str]) -> Check:
 
 
 def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        raise PilegraspError(f"is not installed; pip install {name}") from None
+    if (found := version_of(name)) == ABSENT:
+        raise PilegraspError(f"is not installed; pip install {name}")
+    return found
 
 
 def _solver(name: str) -> str:

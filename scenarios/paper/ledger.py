@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from pilegrasp_ctrl.files import read_toml
 from pilegrasp_ctrl.scenarios.paper import EXPLANATIONS
 from pilegrasp_ctrl.scenarios.paper.claim import Claim, Finding
 from pilegrasp_ctrl.scenarios.paper.claims import CLAIMS
@@ -20,7 +20,7 @@ def ledger(evidence: Evidence) -> list[tuple[Claim, Finding, list[Example]]]:
 
 def explanations() -> dict[str, Mapping[str, str]]:
     """Return what experiments say about claims that do not hold: `text`, and `command` that shows it, by claim."""
-    return dict(tomllib.loads(EXPLANATIONS.read_text(encoding="utf-8")))
+    return read_toml(EXPLANATIONS)
 
 
 def documents(entries: Sequence[tuple[Claim, Finding, list[Example]]]) -> list[dict[str, Any]]:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from pilegrasp_ctrl import __version__
-from pilegrasp_ctrl.recording import write_atomically
+from pilegrasp_ctrl.files import write_whole
+from pilegrasp_ctrl.provenance import versions
 from pilegrasp_ctrl.scenarios.paper import NAMES, experiment
 from pilegrasp_ctrl.scenarios.paper.charts import save
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
@@ -23,7 +22,6 @@ from pilegrasp_ctrl.study.run import Progress, run_study
 from pilegrasp_ctrl.study.store import StudyStore
 
 FIGURES = "figures"
-VERSIONS = ("mujoco", "pin", "numpy", "scipy", "daqp", "mink")
 
 
 def run_paper(
@@ -91,13 +89,13 @@ def write_results(
         "attempts": sum(sample.n for sample in evidence),
         "conditions": len(evidence.samples),
         "processor_hours": sum(processor for processor, _ in store.costs().values()) / 3600.0,
-        "versions": {"pilegrasp": __version__} | {name: version(name) for name in VERSIONS},
+        "versions": versions("scipy"),
         "figures": figures,
         "claims": claims,
     }
     text = json.dumps(document, indent=2, allow_nan=False)
-    write_atomically(store.folder / "claims.json", text.encode())
-    write_atomically(store.folder / "index.html", page(document, drawn, evidence).encode())
+    write_whole(store.folder / "claims.json", text.encode())
+    write_whole(store.folder / "index.html", page(document, drawn, evidence).encode())
     return document
 
 

@@ -14,6 +14,7 @@ import pilegrasp_ctrl
 from pilegrasp_ctrl import cli
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.exceptions import SimulationError
+from pilegrasp_ctrl.provenance import dependencies
 from pilegrasp_ctrl.scenarios import FOLDER, names
 from pilegrasp_ctrl.validation import installation as doctor
 from places import ROOT
@@ -349,13 +350,13 @@ def test_doctor_reports_every_check(capsys, attempts):
     assert (status, err) == (0, "")
     assert report["ok"] is True
     rows = {row["name"]: row for row in report["checks"]}
-    assert rows.keys() >= {*doctor.PACKAGES, "solver daqp", "solver osqp", "engines agree", "browser", "short run"}
+    assert rows.keys() >= {*dependencies(), "solver daqp", "solver osqp", "engines agree", "browser", "short run"}
     assert all(row["ok"] for row in rows.values() if row["required"])
 
 
 def test_doctor_fails_where_a_check_fails(capsys, attempts, monkeypatch):
     monkeypatch.setattr(doctor, "AGREEMENT", 1e-30)
-    monkeypatch.setattr(doctor, "PACKAGES", ("numpy", "a-package-that-is-not-there"))
+    monkeypatch.setattr(doctor, "dependencies", lambda: ("numpy", "a-package-that-is-not-there"))
     status, out, err = answer(capsys, "doctor", "--json")
     assert status == 2
     assert err == "error: these checks failed: a-package-that-is-not-there, engines agree\n"

@@ -264,28 +264,3 @@ def test_a_changed_file_of_a_robot_or_an_object_is_another_origin(tmp_path, monk
     assert {name for name in first if first[name] != before[name]} == changed
     with pytest.raises(ConfigurationError, match=r"robots/|objects/light_sphere differs"):
         compare(first, second, "the study", "start anew")
-
-
-def test_the_code_that_decides_a_result_is_an_origin():
-    covered = {
-        str(file.relative_to(origins._PACKAGE)).partition("/")[0]
-        for name in origins._CODE
-        for file in [*(origins._PACKAGE / name).rglob("*.py"), origins._PACKAGE / name]
-        if file.is_file()
-    }
-    # Everything below the command line, the viewer, the experiments, and what only names or writes things.
-    left_out = {
-        "__init__.py",
-        "cli",
-        "contacts.py",
-        "doctor.py",
-        "exceptions.py",
-        "experiments",
-        "output_file.py",
-        "recording.py",
-    }
-    linked = {"robots", "scenarios", "viewer"}
-    every = {path.name for path in origins._PACKAGE.iterdir() if path.suffix == ".py" or path.is_dir()}
-    assert covered == {name for name in every if name.isidentifier() or name.endswith(".py")} - left_out - linked - {
-        "__pycache__"
-    }

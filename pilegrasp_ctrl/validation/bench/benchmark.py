@@ -15,7 +15,7 @@ from .judgement import judge
 from .loop import loop_rows, time_loop
 from .motion import ARMS, BenchArm, RecordedLine, record_line, tighten
 from .peers import PEERS
-from .result import BenchResult, Memory, Row, settings_of, timed_row, versions
+from .result import BenchResult, Memory, Row, installed_versions, settings_of, timed_row
 from .ticks import TickParts, allocations, impedance, operational_space
 
 Progress = Callable[[float, str], None]
@@ -89,7 +89,7 @@ def run_benchmark(size: Size = FULL, progress: Progress = lambda fraction, what:
     loop = tuple(row for suffix, timing in timings.items() for row in loop_rows(timing, suffix))
     return BenchResult(
         settings=settings,
-        versions=versions(),
+        versions=installed_versions(),
         rows=tuple(rows),
         memory=tuple(memory),
         loop=loop,

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import os
 import platform
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ... import __version__
 from ...exceptions import ConfigurationError
+from ...provenance import ABSENT, versions
 from .clock import Timing
 
-PACKAGES = ("pin", "mujoco", "numpy", "daqp", "osqp", "qpsolvers", "mink", "pin-pink", "tsid")
-"""Packages whose versions a result states."""
+OTHER_PACKAGES = ("osqp", "qpsolvers", "pin-pink", "tsid")
+"""Packages whose versions a result states, beside those that decide an attempt."""
 
 Table = Literal["tick", "stage", "peer", "import"]
 """Table of a line; "stage" holds the parts of the operational-space tick."""
@@ -211,12 +210,7 @@ def _processor() -> str:
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
 
 
-def versions() -> dict[str, str]:
-    """Return the versions of the packages that take part, as far as they are installed."""
-    found = {"pilegrasp": __version__, "python": platform.python_version()}
-    for name in PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return found
+def installed_versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that take part, as far as they are installed."""
+    found = {"python": platform.python_version()} | versions(*OTHER_PACKAGES)
+    return {name: version for name, version in found.items() if version != ABSENT}
