@@ -58,10 +58,10 @@ class Cost:
         return 60.0 * self.attempts / self.wall
 
 
-def empty(task: WorkItem) -> AttemptReport:
+def empty(item: WorkItem) -> AttemptReport:
     """Answer at once, with as much text as an attempt."""
     result = json.dumps({"success": True, "grasped": 1, "outcomes": [], "filling": "x" * RESULT_BYTES})
-    return AttemptReport(task.config_hash, task.seed, result, None, True)
+    return AttemptReport(item.config_hash, item.seed, result, None, True)
 
 
 def measure(
@@ -105,7 +105,7 @@ def projected(workers: int, attempt: float, parent: float) -> float:
     return 60.0 * min(workers / attempt, 1.0 / parent)
 
 
-def _no_report(task: WorkItem, deaths: int) -> AttemptReport:
+def _no_report(item: WorkItem, deaths: int) -> AttemptReport:
     raise RuntimeError(f"a worker died {deaths} times")
 
 

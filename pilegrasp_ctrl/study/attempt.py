@@ -1,4 +1,4 @@
-"""One attempt of a study, as a worker carries it out and reports it."""
+"""One attempt of a study: what a worker gets, what it reports, and the row that the store keeps."""
 
 from __future__ import annotations
 
@@ -22,22 +22,23 @@ if TYPE_CHECKING:
     from ..recording import Recording
 
 Measure = Callable[["Recording"], Mapping[str, Any]]
+"""A function of a recording; its JSON values become `result["measures"]`."""
 
 CLOCKED = ("wall_time", "realtime_factor")
-"""Entries of a result that no two runs share; beside them the control tick's `median_us` and `p99_us`."""
+"""Entries of a result that differ from run to run; the control tick's `median_us` and `p99_us` do so too."""
 
 
 @dataclass(frozen=True, slots=True)
 class WorkItem:
-    """What a worker is told.
+    """What a worker gets.
 
     Attributes:
-        scenario: of the attempt.
-        config_hash: of the scenario where the study was planned.
-        seed: of pile and sensor noise.
-        record: "no", "yes", or "failures" for a recording of what does not succeed.
-        measure: dotted name of a function of the recording, or None.
-        origins: what the result depends on where the study was planned, by name.
+        scenario: Scenario of the attempt.
+        config_hash: Hash of the scenario in the process that planned the study.
+        seed: Seed of pile and sensor noise.
+        record: "no", "yes", or "failures" for a recording of an attempt without success.
+        measure: Dotted name of a function of the recording, or None.
+        origins: Versions and digests that the result depends on, as in the process that planned the study.
     """
 
     scenario: Scenario
@@ -50,18 +51,18 @@ class WorkItem:
 
 @dataclass(frozen=True, slots=True)
 class AttemptReport:
-    """What a worker answers.
+    """What a worker reports.
 
     Attributes:
-        config_hash: of the scenario.
-        seed: of the attempt.
-        result: JSON text without anything that a clock told, or None where the attempt raised.
-        error: the sentence that it raised, or None.
-        success: whether the attempt succeeded.
-        recording: bytes of the `.npz`, or None.
-        processor_time: of the thread that ran the attempt [s].
-        wall_time: likewise, on the wall clock [s].
-        host: name of the machine.
+        config_hash: Hash of the scenario.
+        seed: Seed of the attempt.
+        result: JSON text without times of a clock; None if the attempt raised.
+        error: Sentence of the error that was raised, or None.
+        success: Whether the attempt succeeded.
+        recording: Bytes of the `.npz`, or None.
+        processor_time: Processor time of the thread that ran the attempt [s].
+        wall_time: Time of the attempt on the wall clock [s].
+        host: Name of the machine.
     """
 
     config_hash: str
@@ -77,15 +78,15 @@ class AttemptReport:
 
 @dataclass(frozen=True, slots=True)
 class AttemptRow:
-    """One row of `attempts`.
+    """One row of the table `attempts`.
 
     Attributes:
-        config_hash: of the scenario.
-        seed: of the attempt.
-        condition: the scenario's name under "scenario", and what was varied.
-        result: as `pilegrasp run --json` without what a clock told, and `measures` where there was a measure; None
-            where the attempt raised.
-        error: the sentence that it raised, or None.
+        config_hash: Hash of the scenario.
+        seed: Seed of the attempt.
+        condition: Scenario's name under "scenario", and what was varied.
+        result: Values of `pilegrasp run --json` without times of a clock, and `measures` if there was a measure; None
+            if the attempt raised.
+        error: Sentence of the error that was raised, or None.
     """
 
     config_hash: str
@@ -96,7 +97,7 @@ class AttemptRow:
 
     @property
     def success(self) -> bool:
-        """Whether the attempt succeeded; one that raised did not."""
+        """Whether the attempt succeeded; False if it raised."""
         return self.result is not None and bool(self.result["success"])
 
     @property
@@ -111,23 +112,23 @@ class AttemptRow:
         return any(outcome["trigger"] == "grasp force" for outcome in outcomes)
 
 
-def run_work_item(task: WorkItem) -> AttemptReport:
-    """Run one attempt; whatever it raises becomes part of the report.
+def run_work_item(item: WorkItem) -> AttemptReport:
+    """Run one attempt; an error that it raises becomes part of the report.
 
     Raises:
-        ConfigurationError: where this process would not get the result that was asked for: other versions, other files.
-        MemoryError: where there was too little; the attempt may be repeated.
+        ConfigurationError: Versions or files of this process differ from those of the study, so its result would too.
+        MemoryError: Memory was too small; the attempt may be repeated.
     """
-    if task.scenario.config_hash() != task.config_hash:
+    if item.scenario.config_hash() != item.config_hash:
         raise ConfigurationError(
             "a file that the scenario names differs from what it was when the study began; choose another folder"
         )
-    check_origins(task.origins, task.scenario, task.measure)
+    check_origins(item.origins, item.scenario, item.measure)
     wall, processor = time.perf_counter(), time.thread_time()
     result = error = recording = None
     success = False
     try:
-        result, success, recording = _result(task)
+        result, success, recording = _run(item)
     except MemoryError:
         raise
     except PilegraspError as problem:
@@ -135,8 +136,8 @@ def run_work_item(task: WorkItem) -> AttemptReport:
     except Exception as problem:
         error = f"{type(problem).__name__}: {problem}"
     return AttemptReport(
-        task.config_hash,
-        task.seed,
+        item.config_hash,
+        item.seed,
         result,
         error,
         success,
@@ -147,31 +148,30 @@ def run_work_item(task: WorkItem) -> AttemptReport:
     )
 
 
-def _result(task: WorkItem) -> tuple[str, bool, bytes | None]:
+def _run(item: WorkItem) -> tuple[str, bool, bytes | None]:
     from ..episode import run
 
-    episode = run(task.scenario, seed=task.seed, record=task.record != "no" or task.measure is not None)
+    episode = run(item.scenario, seed=item.seed, record=item.record != "no" or item.measure is not None)
     document = repeatable(episode)
-    if task.measure is not None:
-        assert episode.recording is not None
-        document["measures"] = dict(load_measure(task.measure)(episode.recording))
-    wanted = task.record == "yes" or (task.record == "failures" and not episode.success)
+    if item.measure is not None and episode.recording is not None:
+        document["measures"] = dict(load_measure(item.measure)(episode.recording))
+    wanted = item.record == "yes" or (item.record == "failures" and not episode.success)
     recording = _bytes(episode.recording) if wanted and episode.recording is not None else None
     return json.dumps(document, allow_nan=False), episode.success, recording
 
 
 def repeatable(episode: EpisodeResult) -> dict[str, Any]:
-    """Return the result as JSON values, without those that a clock told."""
+    """Return the result as JSON values, without times of a clock."""
     document = {key: value for key, value in episode.as_dict().items() if key not in CLOCKED}
     controller = document["controller"]
     return document | {"controller": {key: value for key, value in controller.items() if not key.endswith("_us")}}
 
 
 def load_measure(name: str) -> Measure:
-    """Return the function that a dotted name means.
+    """Return the function with a dotted name.
 
     Raises:
-        ConfigurationError: where there is no such function.
+        ConfigurationError: The module cannot be imported, or has no such function.
     """
     module, _, function = name.rpartition(".")
     try:
@@ -181,7 +181,7 @@ def load_measure(name: str) -> Measure:
             f"measure = {name!r} cannot be imported ({error}); give package.module.function"
         ) from None
     if not callable(found):
-        raise ConfigurationError(f"measure = {name!r} is no function; give package.module.function")
+        raise ConfigurationError(f"measure = {name!r} is not a function; give package.module.function")
     return found  # type: ignore[no-any-return]
 
 

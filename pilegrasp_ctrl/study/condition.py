@@ -1,4 +1,4 @@
-"""What a study varies: a scenario and the keys that tell it from its neighbours."""
+"""Conditions of a study: scenarios, and the values that tell them apart."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Condition:
     """One combination of a study; together with a seed it is an attempt.
 
     Attributes:
-        scenario: completely described.
-        varied: what tells the condition from the study's others: dotted keys and values, or words of one's own.
+        scenario: Complete scenario.
+        varied: Values that tell the condition from the study's others, by dotted key or by any other name.
     """
 
     scenario: Scenario
@@ -28,12 +28,12 @@ class Condition:
 
     @cached_property
     def config_hash(self) -> str:
-        """Return the scenario's hash, as it is when it is first asked for."""
+        """Scenario's hash, computed at the first use."""
         return self.scenario.config_hash()
 
     @cached_property
     def placed(self) -> Scenario:
-        """Return the scenario with absolute paths of its files, so that it means the same in any working directory."""
+        """Scenario with absolute paths of its files, so that it means the same in any working directory."""
         controller, pile = self.scenario.controller, self.scenario.pile
         if controller.gains is not None:
             controller = controller.model_copy(update={"gains": str(Path(controller.gains).absolute())})
@@ -46,24 +46,28 @@ class Condition:
         return {"scenario": self.scenario.name, **self.varied}
 
 
+Attempt = tuple[Condition, int]
+"""A condition and a seed."""
+
+
 def conditions(
     scenario: str | Path, vary: Mapping[str, Sequence[Any]], overrides: Mapping[str, Any] | None = None
 ) -> list[Condition]:
     """Return every combination of the values of `vary` on top of a scenario; the last key varies fastest.
 
     Args:
-        scenario: a name that ships, or a TOML file.
-        vary: dotted key to the values that it takes.
-        overrides: dotted keys and values that all combinations share.
+        scenario: Name of a scenario that ships, or a TOML file.
+        vary: Values by dotted key.
+        overrides: Dotted keys and values that all combinations share.
 
     Raises:
-        ConfigurationError: one sentence on all that is wrong with any of them; where a key has no values, or is in
-            `overrides` too; where two combinations are the same configuration.
+        ConfigurationError: A combination is not a valid scenario, a key has no values or is also in `overrides`, or two
+            combinations are the same configuration. One sentence names everything that is wrong.
     """
     shared = dict(overrides or {})
     for key, values in vary.items():
         if not values:
-            raise ConfigurationError(f"{key} is to be varied and has no values; give at least one, as in {key}=1,2")
+            raise ConfigurationError(f"{key} is varied but has no values; give at least one, as in {key}=1,2")
         if key in shared:
             raise ConfigurationError(f"{key} is set and varied; leave out one of the two")
     found: list[Condition] = []

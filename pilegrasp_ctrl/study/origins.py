@@ -1,4 +1,4 @@
-"""What a result depends on beside its scenario: versions, the simulation's code, the files of robots and objects."""
+"""What a result depends on beside its scenario: versions, code, and files of robots and objects."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ SOLVERS = {"osqp": "osqp", "proxqp": "proxsuite", "quadprog": "quadprog"}
 
 
 def origins_of(scenarios: Iterable[Scenario], measure: str | None = None) -> dict[str, str]:
-    """Return version or digest by name of all that the scenarios' results depend on.
+    """Return everything that ships and that the scenarios' results depend on: a version or digest by name.
 
-    `config_hash` covers what a scenario says and the files that are the user's; these are the things that ship.
+    What a scenario says and the files of the user count in its `config_hash`.
 
     Raises:
-        ConfigurationError: where a file cannot be read or the module of `measure` cannot be found.
-        ModelError: where a robot or hand is not known.
+        ConfigurationError: A file cannot be read, or the module of `measure` cannot be found.
+        ModelError: A robot or hand is not known.
     """
     found = versions() | {"the simulation's code": code_digest()}
     found["measure"] = measure or "none"
@@ -45,10 +45,10 @@ def origins_of(scenarios: Iterable[Scenario], measure: str | None = None) -> dic
 
 
 def compare(known: Mapping[str, str], asked: Mapping[str, str], where: str, remedy: str) -> None:
-    """Refuse what differs; a name that is only in one of the two is no difference.
+    """Refuse origins that differ; a name that is only in one of the two is no difference.
 
     Raises:
-        ConfigurationError: with the first name, both identities and the remedy.
+        ConfigurationError: An identity differs; the sentence gives the first such name, and the remedy.
     """
     for name, identity in asked.items():
         if known.get(name, identity) != identity:
@@ -60,7 +60,7 @@ def compare(known: Mapping[str, str], asked: Mapping[str, str], where: str, reme
 
 
 def difference(known: Mapping[str, Any], asked: Mapping[str, Any], prefix: str = "") -> str:
-    """Name the first key in which two configurations differ, and both values."""
+    """Return a sentence with the first key in which two configurations differ, and both values."""
     for key in [*known, *(key for key in asked if key not in known)]:
         old, new = known.get(key), asked.get(key)
         if old != new:
@@ -78,10 +78,10 @@ _checked: set[tuple[str, str | None, str]] = set()
 
 
 def check_origins(planned: Mapping[str, str], scenario: Scenario, measure: str | None) -> None:
-    """Find out, once for each configuration, whether this process would get what was planned elsewhere.
+    """Refuse an attempt whose origins in this process differ from the planned ones; done once for each configuration.
 
     Raises:
-        ConfigurationError: where something differs.
+        ConfigurationError: An origin differs.
     """
     key = (scenario.config_hash(), measure, repr(sorted(planned.items())))
     if key not in _checked:
@@ -95,7 +95,7 @@ def _is_digest(identity: str) -> bool:
 
 
 def _folder(folder: Path) -> str:
-    """Return a digest of a robot's or hand's files; its README and the package's marker decide nothing."""
+    """Return a digest of the files of a robot or hand, without README and Python files, which decide nothing."""
     files = sorted(file for file in folder.rglob("*") if file.is_file() and file.suffix not in (".md", ".py", ".pyc"))
     return digest((str(file.relative_to(folder)), file.read_bytes()) for file in files)
 
@@ -105,7 +105,7 @@ def _object(file: Path) -> str:
 
 
 def _measure(name: str) -> str:
-    """Return a digest of the measure's module and of those that lie beside it in its package, which it may use."""
+    """Return a digest of the measure's module and of the other modules of its package, which it may use."""
     module = name.rpartition(".")[0]
     try:
         file = import_module(module).__file__

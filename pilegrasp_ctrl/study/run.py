@@ -1,4 +1,4 @@
-"""Carry out a study: what is missing, on workers here or elsewhere, into the store."""
+"""Runs the attempts that a study misses, on workers of this machine or of a cluster, into its store."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args
 
 from ..exceptions import ConfigurationError
 from .attempt import AttemptReport, WorkItem, load_measure, run_work_item
-from .condition import Condition
+from .condition import Attempt, Condition
 from .dispatch import Pool, dispatch
 from .folder_lock import locked
 from .origins import origins_of
@@ -19,19 +19,20 @@ from .store import StudyStore, make_folder
 from .worker_pool import WorkerPool
 
 Record = Literal["none", "failures", "first", "all"]
+"""Which attempts leave a recording."""
 
 
 @dataclass(frozen=True, slots=True)
 class StudyProgress:
-    """What is done, and how it went so far.
+    """How many attempts are done, and with what success.
 
     Attributes:
-        total: attempts that were asked for.
-        found: of these, those that a run before this one had finished.
-        finished: of these, those that this run has finished.
-        successes: among all that are there.
-        errors: likewise, attempts that raised.
-        seconds: since this run handed out its first attempt [s].
+        total: Number of attempts that were asked for.
+        found: Number of these that an earlier run finished.
+        finished: Number of these that this run finished.
+        successes: Number of successful attempts in the store.
+        errors: Number of attempts in the store that raised.
+        seconds: Time since this run began to hand out attempts [s].
     """
 
     total: int
@@ -43,25 +44,26 @@ class StudyProgress:
 
     @property
     def done(self) -> int:
-        """Attempts that are there."""
+        """Number of attempts in the store."""
         return self.found + self.finished
 
     @property
     def rate(self) -> float:
-        """Attempts a second of this run; 0 before the first."""
+        """Attempts per second of this run; 0 before the first."""
         return self.finished / self.seconds if self.seconds > 0.0 else 0.0
 
     @property
     def seconds_left(self) -> float | None:
-        """Time that the rest takes at this rate [s]; None before the first attempt."""
+        """Time that the missing attempts take at this rate [s]; None before the first attempt."""
         return (self.total - self.done) / self.rate if self.rate else None
 
 
 Progress = Callable[[StudyProgress], None]
+"""A function that is told how far a study is."""
 
 
 def run_study(
-    tasks: Sequence[tuple[Condition, int]],
+    attempts: Sequence[Attempt],
     folder: str | Path,
     *,
     jobs: int = 2,
@@ -71,39 +73,39 @@ def run_study(
     configuration: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> StudyStore:
-    """Carry out the attempts that the folder's store does not hold yet, and return the store, open.
+    """Run the attempts that the folder's store does not hold yet, and return the open store.
 
-    An attempt that raises is a row with its error. Whatever ends the study, what is finished is kept, and the same call
-    does the rest.
+    An attempt that raises becomes a row with its error. Whatever ends the study, finished attempts are kept, and the
+    same call does the rest.
 
     Args:
-        tasks: conditions and seeds.
-        folder: of the study; made where it is missing.
-        jobs: worker processes on this machine.
-        scheduler: address of a dask scheduler, whose workers are then used instead.
-        record: which of the attempts that are carried out leave a recording: none, those without success, the first
-            seed of each condition in `tasks`, or all.
-        measure: dotted name of a function `f(recording) -> mapping of JSON values`, whose result becomes
+        attempts: Conditions and seeds.
+        folder: Folder of the study; made if it is missing.
+        jobs: Number of worker processes on this machine.
+        scheduler: Address of a dask scheduler, whose workers are then used instead.
+        record: Which of the attempts that are run leave a recording: none, those without success, the first seed of
+            each condition in `attempts`, or all.
+        measure: Dotted name of a function `f(recording) -> mapping of JSON values`, whose result becomes
             `result["measures"]`; workers import it.
-        configuration: JSON values by which a study in the folder is told from another one.
-        progress: called at the beginning and whenever attempts have finished.
+        configuration: JSON values that identify the study; a folder that holds other values is refused.
+        progress: Function that is called at the beginning and whenever attempts have finished.
 
     Raises:
-        PilegraspError: where a scenario cannot be used, the store was made by another version or for another study, or
+        PilegraspError: A scenario cannot be used, the store was made by another version or for another study, or the
             workers cannot start.
     """
     if record not in get_args(Record):
         raise ConfigurationError(f"record = {record!r} is not known; choose from {', '.join(get_args(Record))}")
     if jobs < 1:
         raise ConfigurationError(f"jobs = {jobs} must be at least 1")
-    for _, seed in tasks:
+    for _, seed in attempts:
         if not isinstance(seed, int) or not 0 <= seed < 2**63:
             raise ConfigurationError(f"seed = {seed!r} must be a whole number from 0 to 2^63 - 1")
     if measure is not None:
         load_measure(measure)
     distinct: dict[str, Condition] = {}
     first: dict[str, int] = {}
-    for condition, seed in tasks:
+    for condition, seed in attempts:
         distinct.setdefault(condition.config_hash, condition)
         first.setdefault(condition.config_hash, seed)
     check_conditions(list(distinct.values()))
@@ -114,20 +116,20 @@ def run_study(
         store = StudyStore(folder, create=True)
         try:
             store.adopt(distinct.values(), origins, configuration)
-            missing = store.missing(tasks)
+            missing = store.missing(attempts)
             owners = {(condition.config_hash, seed): condition for condition, seed in missing}
-            orders = [
+            work_items = [
                 WorkItem(
                     condition.placed,
                     condition.config_hash,
                     seed,
-                    _recorded(record, seed == first[condition.config_hash]),
+                    _record_of(record, seed == first[condition.config_hash]),
                     measure,
                     origins,
                 )
                 for condition, seed in missing
             ]
-            _run_work_items(store, orders, owners, tasks, jobs, scheduler, progress)
+            _run_work_items(store, work_items, owners, attempts, jobs, scheduler, progress)
         except BaseException:
             store.close()
             raise
@@ -135,10 +137,10 @@ def run_study(
 
 
 def check_conditions(conditions: Sequence[Condition]) -> None:
-    """Find out what can be found out about scenarios before anything runs.
+    """Refuse scenarios that cannot run, before anything runs.
 
     Raises:
-        ConfigurationError: one sentence on all of them.
+        ConfigurationError: At least one scenario cannot run; one sentence names every reason.
     """
     from ..programs.attempt import check
 
@@ -154,27 +156,27 @@ def check_conditions(conditions: Sequence[Condition]) -> None:
 
 def _run_work_items(
     store: StudyStore,
-    orders: list[WorkItem],
+    work_items: list[WorkItem],
     owners: Mapping[tuple[str, int], Condition],
-    tasks: Sequence[tuple[Condition, int]],
+    attempts: Sequence[Attempt],
     jobs: int,
     scheduler: str | None,
     progress: Progress | None,
 ) -> None:
-    rows = store.attempts(tasks)
+    rows = store.attempts(attempts)
     found, successes, errors = len(rows), sum(row.success for row in rows), sum(row.error is not None for row in rows)
     start, finished = time.monotonic(), 0
 
     def show() -> None:
         if progress is not None:
             seconds = time.monotonic() - start
-            progress(StudyProgress(found + len(orders), found, finished, successes, errors, seconds))
+            progress(StudyProgress(found + len(work_items), found, finished, successes, errors, seconds))
 
     show()
-    if not orders:
+    if not work_items:
         return
-    with _pool(min(jobs, len(orders)), scheduler) as pool:
-        for batch in dispatch(pool, run_work_item, orders, _worker_died):
+    with _pool(min(jobs, len(work_items)), scheduler) as pool:
+        for batch in dispatch(pool, run_work_item, work_items, _report_death):
             reports = [report for _, report in batch]
             store.add([(owners[report.config_hash, report.seed], report) for report in reports])
             finished += len(reports)
@@ -191,12 +193,12 @@ def _pool(jobs: int, scheduler: str | None) -> AbstractContextManager[Pool]:
     return ClusterPool(scheduler)
 
 
-def _recorded(record: Record, first: bool) -> str:
+def _record_of(record: Record, first: bool) -> str:
     if record == "failures":
         return "failures"
     return "yes" if record == "all" or (record == "first" and first) else "no"
 
 
-def _worker_died(task: WorkItem, times: int) -> AttemptReport:
-    error = f"the worker process died {times} times while it ran this attempt, perhaps for want of memory"
-    return AttemptReport(task.config_hash, task.seed, None, error)
+def _report_death(item: WorkItem, times: int) -> AttemptReport:
+    error = f"the worker process died {times} times while it ran this attempt, perhaps for lack of memory"
+    return AttemptReport(item.config_hash, item.seed, None, error)

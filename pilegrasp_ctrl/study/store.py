@@ -1,4 +1,4 @@
-"""The study's memory: one SQLite file that knows what was asked, what came of it, and what it depends on."""
+"""The store of a study: one SQLite file with the attempts, their scenarios, and what their results depend on."""
 
 from __future__ import annotations
 
@@ -14,14 +14,17 @@ from ..config import Scenario, build_scenario
 from ..exceptions import ConfigurationError, ExportError
 from ..files import write_whole
 from .attempt import AttemptReport, AttemptRow
-from .condition import Condition
+from .condition import Attempt, Condition
 from .origins import compare, difference
 
 FORMAT = "pilegrasp-study 1"
+"""Format of the file, noted in the table `about`."""
 FILE = "study.db"
+"""Name of the store in the folder of a study."""
 RECORDINGS = "recordings"
-PATIENCE = 60.0
-"""How long a writer waits for a reader that holds the file [s]."""
+"""Name of the folder of recordings beside the store."""
+LOCK_TIMEOUT = 60.0
+"""How long a writer waits for a reader that locks the file [s] (chosen)."""
 
 _TABLES = """
 CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
@@ -51,10 +54,10 @@ FROM attempts JOIN scenarios USING (config_hash) ORDER BY number, seed
 
 
 class StudyStore:
-    """A study in a folder: `study.db`, and `recordings/` where some were asked for.
+    """A study in a folder: `study.db`, and `recordings/` if any were asked for.
 
-    Only one process writes. A transaction is on the disk before the next attempt is handed out: the rollback journal
-    with `synchronous=EXTRA` loses none to a loss of power, works on network file systems, and leaves one file that can
+    Only one process writes. A transaction is on the disk before the next attempt is handed out. The rollback journal
+    with `synchronous=EXTRA` survives a loss of power and works on network file systems. It leaves one file, which can
     be copied.
     """
 
@@ -62,11 +65,11 @@ class StudyStore:
         """Open the store of a folder.
 
         Args:
-            folder: where it lies.
-            create: whether to make folder and store where they are missing.
+            folder: Folder of the study.
+            create: Whether to make folder and store if they are missing.
 
         Raises:
-            ExportError: where there is none, it is no store, it is damaged, or it cannot be written.
+            ExportError: The store is missing, is not a store, is damaged, or cannot be written.
         """
         self.folder = Path(folder)
         self.path = self.folder / FILE
@@ -75,7 +78,7 @@ class StudyStore:
         if create:
             make_folder(self.folder)
         with self._explained():
-            self._connection = sqlite3.connect(self.path, timeout=PATIENCE, isolation_level=None)
+            self._connection = sqlite3.connect(self.path, timeout=LOCK_TIMEOUT, isolation_level=None)
         try:
             self._open(create)
         except BaseException:
@@ -89,7 +92,7 @@ class StudyStore:
             if not known and create:
                 self._make()
             elif "about" not in known or self.about("format") != FORMAT:
-                raise ExportError(f"{self.path}: is no study that this version can read; choose another folder")
+                raise ExportError(f"{self.path}: is not a study that this version can read; choose another folder")
 
     def __enter__(self) -> Self:
         """Return the store."""
@@ -110,7 +113,7 @@ class StudyStore:
         try:
             yield
         except sqlite3.Error as error:
-            raise ExportError(f"{self.path}: is no study, is damaged, or cannot be written: {error}") from None
+            raise ExportError(f"{self.path}: is not a study, is damaged, or cannot be written: {error}") from None
 
     @contextmanager
     def _transaction(self) -> Iterator[sqlite3.Connection]:
@@ -130,12 +133,12 @@ class StudyStore:
             connection.execute("INSERT INTO about VALUES ('format', ?)", (FORMAT,))
 
     def about(self, key: str) -> str | None:
-        """Return what is noted under a key, or None."""
+        """Return the value that is noted under a key, or None."""
         row = self._connection.execute("SELECT value FROM about WHERE key = ?", (key,)).fetchone()
         return None if row is None else str(row[0])
 
     def origins(self) -> dict[str, str]:
-        """Return what the results depend on: versions and digests by name."""
+        """Return what the results depend on: a version or digest by name."""
         with self._explained():
             return dict(self._connection.execute("SELECT name, identity FROM origins"))
 
@@ -145,16 +148,16 @@ class StudyStore:
         origins: Mapping[str, str],
         configuration: Mapping[str, Any] | None = None,
     ) -> None:
-        """Note what is going to be run, or refuse it.
+        """Note what is going to run, or refuse it.
 
         Args:
-            conditions: whose scenarios are kept, so that each attempt can be run again.
-            origins: what their results depend on.
-            configuration: JSON values that are the same for the whole study, or None where nothing is said of it.
+            conditions: Conditions whose scenarios are kept, so that each attempt can be run again.
+            origins: Versions and digests that their results depend on.
+            configuration: JSON values that identify the study, or None if any will do.
 
         Raises:
-            ConfigurationError: where the study was made with other origins or another configuration.
-            ExportError: where the file cannot be written.
+            ConfigurationError: The study was made with other origins or another configuration.
+            ExportError: The file cannot be written.
         """
         remedy = "choose another folder, or go back to what the study was made with"
         compare(self.origins(), origins, str(self.path), remedy)
@@ -172,18 +175,18 @@ class StudyStore:
             if asked is not None:
                 connection.execute("INSERT OR IGNORE INTO about VALUES ('configuration', ?)", (asked,))
 
-    def missing(self, tasks: Sequence[tuple[Condition, int]]) -> list[tuple[Condition, int]]:
-        """Return the tasks without a row, each once, in their order."""
+    def missing(self, attempts: Sequence[Attempt]) -> list[Attempt]:
+        """Return the attempts without a row, each once, in their order."""
         with self._explained():
             known = set(self._connection.execute("SELECT config_hash, seed FROM attempts"))
-        wanted = {(condition.config_hash, seed): (condition, seed) for condition, seed in reversed(tasks)}
+        wanted = {(condition.config_hash, seed): (condition, seed) for condition, seed in reversed(attempts)}
         return [wanted[key] for key in reversed(wanted) if key not in known]
 
     def add(self, reports: Sequence[tuple[Condition, AttemptReport]]) -> None:
-        """Write finished attempts down; when this returns, nothing loses them. A recording is there before its row.
+        """Write finished attempts; when this returns, they are on the disk. A recording is written before its row.
 
         Raises:
-            ExportError: where something cannot be written.
+            ExportError: A file cannot be written.
         """
         rows, costs = [], []
         for condition, report in reports:
@@ -196,24 +199,25 @@ class StudyStore:
             connection.executemany("INSERT INTO attempts VALUES (?, ?, ?, ?, ?)", rows)
             connection.executemany("INSERT OR REPLACE INTO costs VALUES (?, ?, ?, ?, ?)", costs)
 
-    def attempts(self, tasks: Sequence[tuple[Condition, int]] | None = None) -> list[AttemptRow]:
-        """Return the rows of `tasks`, in their order and without those that are missing; or all.
+    def attempts(self, asked: Sequence[Attempt] | None = None) -> list[AttemptRow]:
+        """Return the rows of the attempts that are asked for, in their order, without those that are missing.
 
-        All come in the order in which their conditions were first asked for, and then by seed.
+        Without an argument it returns all rows, in the order in which their conditions were first asked for and then by
+        seed.
 
         Raises:
-            ExportError: where the file cannot be read.
+            ExportError: The file cannot be read.
         """
         with self._explained():
             rows = self._connection.execute(_ROWS).fetchall()
-        if tasks is None:
+        if asked is None:
             return [_row(*row) for row in rows]
         known = {row[:2]: row for row in rows}
-        keys = dict.fromkeys((condition.config_hash, seed) for condition, seed in tasks)
+        keys = dict.fromkeys((condition.config_hash, seed) for condition, seed in asked)
         return [_row(*known[key]) for key in keys if key in known]
 
     def costs(self) -> dict[tuple[str, int], tuple[float, float]]:
-        """Return processor time and wall time [s] of each attempt, by hash and seed."""
+        """Return processor time and wall time of each attempt [s], by hash and seed."""
         with self._explained():
             rows = self._connection.execute("SELECT config_hash, seed, processor_time, wall_time FROM costs")
             return {row[:2]: row[2:] for row in rows}
@@ -222,7 +226,7 @@ class StudyStore:
         """Return the complete scenario of a row; `pilegrasp_ctrl.run` with it and the row's seed repeats the attempt.
 
         Raises:
-            ConfigurationError: where there is none, or a file that it names has changed.
+            ConfigurationError: No scenario has this hash, or a file that it names has changed.
         """
         scenario = build_scenario(self.scenario_values(config_hash), source=str(self.path))
         if scenario.config_hash() != config_hash:
@@ -230,10 +234,10 @@ class StudyStore:
         return scenario
 
     def scenario_values(self, config_hash: str) -> dict[str, Any]:
-        """Return the nested keys of the scenario of a row.
+        """Return the scenario of a row as nested keys and values.
 
         Raises:
-            ConfigurationError: where there is none.
+            ConfigurationError: No scenario has this hash.
         """
         with self._explained():
             query = "SELECT scenario FROM scenarios WHERE config_hash = ?"
@@ -243,20 +247,15 @@ class StudyStore:
         return dict(json.loads(row[0]))
 
     def recording_file(self, config_hash: str, seed: int) -> Path:
-        """Return where the recording of an attempt lies, if there is one."""
+        """Return the path of the recording of an attempt, whether it was made or not."""
         return self.folder / RECORDINGS / f"{config_hash}-{seed}.npz"
-
-    def recording(self, row: AttemptRow) -> Path | None:
-        """Return the recording of an attempt, or None."""
-        file = self.recording_file(row.config_hash, row.seed)
-        return file if file.is_file() else None
 
 
 def make_folder(folder: Path) -> None:
-    """Make the folder of a study, where it is missing.
+    """Make the folder of a study if it is missing.
 
     Raises:
-        ExportError: where it cannot be made.
+        ExportError: The folder cannot be made.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,31 +1,31 @@
-"""What a study found, condition by condition."""
+"""The result of a study: attempts counted by condition."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from ..statistics import wilson
 from .attempt import AttemptRow
-from .condition import Condition
+from .condition import Attempt
 from .store import StudyStore
 
 
 @dataclass(frozen=True, slots=True)
 class SummaryRow:
-    """The attempts of one condition, counted.
+    """The counts of one condition.
 
     Attributes:
-        condition: the scenario's name under "scenario", and what was varied.
-        n: attempts, those that raised among them.
-        successes: attempts that did what they were for.
-        rate: successes / n.
-        ci_low: lower end of the 95 % interval of the rate.
-        ci_high: upper end.
-        multiple: attempts that held more than one object.
-        triggered: attempts whose push ended because the wrist sensor felt F_grasp.
-        errors: attempts that raised; they count as not successful.
+        condition: Scenario's name under "scenario", and what was varied.
+        n: Number of attempts, including those that raised.
+        successes: Number of successful attempts.
+        rate: Success rate, successes / n.
+        ci_low: Lower end of the 95 % Wilson interval of the rate.
+        ci_high: Upper end of the interval.
+        multiple: Number of attempts that held more than one object.
+        triggered: Number of attempts whose push ended because the wrist sensor felt F_grasp.
+        errors: Number of attempts that raised; they count as not successful.
     """
 
     condition: Mapping[str, Any]
@@ -43,19 +43,17 @@ class SummaryRow:
         return asdict(self)
 
 
-def summarise(
-    store: StudyStore | Iterable[AttemptRow], tasks: list[tuple[Condition, int]] | None = None
-) -> list[SummaryRow]:
+def summarise(store: StudyStore | Iterable[AttemptRow], attempts: Sequence[Attempt] | None = None) -> list[SummaryRow]:
     """Return a row for each condition.
 
     Args:
-        store: a study, or attempts of one.
-        tasks: the conditions and seeds to count, in this order; all of the study where absent.
+        store: Study, or rows of one.
+        attempts: Conditions and seeds to count, in this order; all of the study where absent.
 
     Raises:
-        ExportError: where the store cannot be read.
+        ExportError: The store cannot be read.
     """
-    rows = store.attempts(tasks) if isinstance(store, StudyStore) else store
+    rows = store.attempts(attempts) if isinstance(store, StudyStore) else store
     groups: dict[str, list[AttemptRow]] = {}
     for row in rows:
         groups.setdefault(row.config_hash, []).append(row)

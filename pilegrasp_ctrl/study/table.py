@@ -1,4 +1,4 @@
-"""A study as one flat table: a line for each attempt, for spreadsheets, pandas and the like."""
+"""A study as one flat table with a line for each attempt, for spreadsheets and pandas."""
 
 from __future__ import annotations
 
@@ -15,20 +15,23 @@ from .attempt import AttemptRow
 from .store import StudyStore
 
 TABLES = (".csv", ".parquet")
-"""What a study can be written as."""
+"""Suffixes of the tables that a study can be written to."""
 _FIRST = ("scenario", "config_hash", "seed")
 _LAST = ("success", "grasped", "triggered", "reason", "error", "processor_time")
 
 
 def table(store: StudyStore) -> list[dict[str, Any]]:
-    """Return a line for each attempt; all have the same columns in the same order, None where there is nothing to say.
+    """Return a line for each attempt; all lines have the same columns in the same order, None in an empty cell.
 
-    They are `scenario config_hash seed`, every key that is varied anywhere in the study with the value that it has in
-    this attempt, `success grasped triggered reason error processor_time`, and the rest of the result by dotted names,
-    such as `push.peak_force` and `measures.` with the measure's own.
+    The columns are, in this order:
+
+    - `scenario config_hash seed`,
+    - every key that is varied anywhere in the study, with its value in this attempt,
+    - `success grasped triggered reason error processor_time`,
+    - the rest of the result by dotted names, such as `push.peak_force`; those of a measure begin with `measures.`.
 
     Raises:
-        PilegraspError: where the store cannot be read.
+        PilegraspError: The store cannot be read.
     """
     rows, costs = store.attempts(), store.costs()
     varied = list(dict.fromkeys(key for row in rows for key in row.condition if key != "scenario"))
@@ -43,18 +46,18 @@ def table(store: StudyStore) -> list[dict[str, Any]]:
         line |= {key: row.condition.get(key, _value(scenarios[row.config_hash], key)) for key in varied}
         result = row.result or {}
         processor_time = costs.get((row.config_hash, row.seed), (None,))[0]
-        told = (row.success, row.grasped, row.triggered, result.get("reason"), row.error, processor_time)
-        line |= dict(zip(_LAST, told, strict=True))
+        values = (row.success, row.grasped, row.triggered, result.get("reason"), row.error, processor_time)
+        line |= dict(zip(_LAST, values, strict=True))
         lines.append(line | _details(row))
     columns = dict.fromkeys(column for line in lines for column in line)
     return [{column: _cell(line.get(column)) for column in columns} for line in lines]
 
 
 def write_table(store: StudyStore, path: Path) -> int:
-    """Write the table as `.csv` or `.parquet`, by the name of the file; return the number of attempts.
+    """Write the table as `.csv` or `.parquet`, by the suffix of the path, and return the number of attempts.
 
     Raises:
-        ExportError: where the file cannot be written, or a package for it is not installed.
+        ExportError: The file cannot be written, or a package for it is not installed.
     """
     if path.suffix == ".parquet":
         require_parquet()
@@ -68,10 +71,10 @@ def write_table(store: StudyStore, path: Path) -> int:
 
 
 def require_parquet() -> None:
-    """Find out whether Parquet can be written.
+    """Refuse Parquet if it cannot be written.
 
     Raises:
-        ExportError: where pyarrow is not installed.
+        ExportError: pyarrow is not installed.
     """
     try:
         import pyarrow.parquet  # noqa: F401
@@ -82,7 +85,7 @@ def require_parquet() -> None:
 
 
 def _details(row: AttemptRow) -> dict[str, Any]:
-    """Return what else the result says, nested names joined by dots, a primitive's under its own name."""
+    """Return the rest of the result by dotted names; those of a primitive begin with its name."""
     result = dict(row.result or {})
     for name in ("scenario", "config_hash", "seed", "success", "grasped", "reason"):
         result.pop(name, None)
@@ -101,7 +104,7 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def _value(scenario: Mapping[str, Any], key: str) -> Any:
-    """Return what a scenario says under a dotted key, or None where that is none of its keys."""
+    """Return the value of a dotted key of a scenario, or None if it has no such key."""
     place: Any = scenario
     for part in key.split("."):
         place = place.get(part) if isinstance(place, Mapping) else None
@@ -132,7 +135,7 @@ def _parquet(lines: list[dict[str, Any]]) -> bytes:
 
 
 def _array(values: list[Any]) -> Any:
-    """Return a column of one type: integers beside decimals become decimals, other mixtures text."""
+    """Return a column of one type: integers beside decimals become decimals; any other mixture becomes text."""
     import pyarrow
 
     kinds = {type(value) for value in values} - {type(None)}

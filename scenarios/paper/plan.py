@@ -32,7 +32,7 @@ class Work:
     attempts: int
     experiment: str
 
-    def tasks(self, first_seed: int) -> list[tuple[Condition, int]]:
+    def pairs(self, first_seed: int) -> list[tuple[Condition, int]]:
         """Return condition and seed of every attempt."""
         return [(self.condition, first_seed + k) for k in range(self.attempts)]
 
@@ -81,7 +81,7 @@ def expect(work: Sequence[Work], first_seed: int, store: StudyStore | None) -> E
     missing, seconds = 0, 0.0
     for part in work:
         key = part.condition.config_hash
-        left = sum((key, seed) not in costs for _, seed in part.tasks(first_seed))
+        left = sum((key, seed) not in costs for _, seed in part.pairs(first_seed))
         known = measured.get(key)
         missing += left
         seconds += left * (sum(known) / len(known) if known else part.cost())

@@ -39,10 +39,10 @@ def run_paper(
         PilegraspError: as `run_study`; where the folder's study began with other seeds.
     """
     # Seed by seed, so that a study that is stopped early says something of every condition.
-    tasks = sorted((task for part in work for task in part.tasks(first_seed)), key=lambda task: task[1])
+    attempts = sorted((pair for part in work for pair in part.pairs(first_seed)), key=lambda pair: pair[1])
     configuration = {"study": "paper", "first seed": first_seed}
     return run_study(
-        tasks,
+        attempts,
         folder,
         jobs=jobs,
         scheduler=scheduler,

@@ -1,4 +1,4 @@
-"""Studies of real attempts: equal wherever they are carried out, with their errors and recordings."""
+"""Studies of real attempts: equal wherever they run, with their errors and recordings."""
 
 import os
 import signal
@@ -20,24 +20,28 @@ OUT_OF_REACH = [1.9, 0.0, 0.25]
 MEASURE = "study_tasks.final_position"
 
 
-def short_tasks(seeds=2):
+def short_attempts(seeds=2):
     """Lines at two speeds, and one that the arm cannot reach."""
     found = conditions("free_space_line", {"line.speed": [0.2, 0.3]}, SHORT)
     found += conditions("free_space_line", {"line.start": [OUT_OF_REACH]}, SHORT)
     return [(condition, seed) for condition in found for seed in range(seeds)]
 
 
+def recording_of(store, row):
+    return store.recording_file(row.config_hash, row.seed)
+
+
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     seen = []
     folder = tmp_path_factory.mktemp("study")
-    with run_study(short_tasks(), folder, jobs=2, record="first", measure=MEASURE, progress=seen.append) as store:
+    with run_study(short_attempts(), folder, jobs=2, record="first", measure=MEASURE, progress=seen.append) as store:
         yield store, seen
 
 
 def test_an_attempt_that_raises_is_a_row_and_stops_nobody(study):
     store, _ = study
-    rows = store.attempts(short_tasks())
+    rows = store.attempts(short_attempts())
     assert [row.success for row in rows] == [True, True, True, True, False, False]
     for row in rows[4:]:
         assert row.result is None
@@ -57,11 +61,11 @@ def test_a_row_holds_what_a_single_run_gives(study):
 
 def test_the_first_seed_of_each_condition_left_a_recording(study):
     store, _ = study
-    recorded = [store.recording(row) is not None for row in store.attempts()]
+    recorded = [recording_of(store, row).is_file() for row in store.attempts()]
     # One that raised has nothing to show.
     assert recorded == [True, False, True, False, False, False]
     row = store.attempts()[0]
-    assert Recording.load(store.recording(row)).meta["config_hash"] == row.config_hash
+    assert Recording.load(recording_of(store, row)).meta["config_hash"] == row.config_hash
 
 
 def test_progress_counts_up_to_all(study):
@@ -77,17 +81,17 @@ def test_progress_counts_up_to_all(study):
 def test_a_finished_study_starts_no_worker_and_is_refused_with_another_measure(study, monkeypatch):
     store, _ = study
     monkeypatch.setattr("pilegrasp_ctrl.study.run._pool", None)
-    run_study(short_tasks(), store.folder, measure=MEASURE).close()
+    run_study(short_attempts(), store.folder, measure=MEASURE).close()
     with pytest.raises(ConfigurationError, match=r"measure is study_tasks\.final_position for .*, and none here"):
-        run_study(short_tasks(), store.folder)
+        run_study(short_attempts(), store.folder)
 
 
 def test_failures_leave_recordings(tmp_path):
-    tasks = [(condition, 0) for condition in conditions("push_wall", {"strategy.grasp_force": [200.0]})]
-    with run_study(tasks, tmp_path, jobs=1, record="failures") as store:
+    attempts = [(condition, 0) for condition in conditions("push_wall", {"strategy.grasp_force": [200.0]})]
+    with run_study(attempts, tmp_path, jobs=1, record="failures") as store:
         (row,) = store.attempts()
         assert not row.success
-        assert Recording.load(store.recording(row)).meta["reason"] == row.result["reason"]
+        assert Recording.load(recording_of(store, row)).meta["reason"] == row.result["reason"]
 
 
 @pytest.fixture(scope="module")
@@ -107,12 +111,13 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_table_and_the_same_recordi
             os.kill(killed[0], signal.SIGKILL)
 
     options = {"record": "first", "measure": MEASURE, "progress": kill_one}
-    with run_study(short_tasks(), tmp_path, scheduler=cluster.scheduler_address, **options) as other:
+    with run_study(short_attempts(), tmp_path, scheduler=cluster.scheduler_address, **options) as other:
         assert killed
         assert other.attempts() == store.attempts()
         for row in other.attempts():
-            files = store.recording(row), other.recording(row)
-            assert files == (None, None) or files[0].read_bytes() == files[1].read_bytes()
+            ours, theirs = recording_of(store, row), recording_of(other, row)
+            assert ours.is_file() == theirs.is_file()
+            assert not ours.is_file() or ours.read_bytes() == theirs.read_bytes()
 
 
 def test_workers_with_several_threads_are_refused(cluster, monkeypatch):
@@ -133,7 +138,7 @@ def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
         ClusterPool("tcp://127.0.0.1:1")
 
 
-def order(condition, **changes):
+def work_item(condition, **changes):
     origins = origins_of([condition.scenario]) | changes
     return WorkItem(condition.scenario, condition.config_hash, 0, "no", None, origins)
 
@@ -144,8 +149,8 @@ def test_a_worker_of_another_version_or_with_another_file_refuses_the_attempt(tm
     scenario = pg.load_scenario("free_space_line", {"controller.gains": str(gains)})
     condition = Condition(scenario, {})
     with pytest.raises(ConfigurationError, match=r"mujoco is 3\.0\.0 for the study, and .* here; give every worker"):
-        run_work_item(order(condition, mujoco="3.0.0"))
-    asked = order(condition)
+        run_work_item(work_item(condition, mujoco="3.0.0"))
+    asked = work_item(condition)
     gains.write_text("[motion]\nstiffness = 101.0\n")
     with pytest.raises(ConfigurationError, match="differs from what it was when the study began"):
         run_work_item(asked)
@@ -176,6 +181,6 @@ def test_what_no_worker_could_use_is_told_before_any_starts(tmp_path, changes, s
 )
 def test_arguments_out_of_range_are_told(tmp_path, arguments, sentence):
     with pytest.raises(ConfigurationError, match=sentence):
-        run_study(short_tasks(1), tmp_path, **arguments)
+        run_study(short_attempts(1), tmp_path, **arguments)
     with pytest.raises(ConfigurationError, match="seed = -1"):
-        run_study([(short_tasks(1)[0][0], -1)], tmp_path)
+        run_study([(short_attempts(1)[0][0], -1)], tmp_path)

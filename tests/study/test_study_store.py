@@ -95,9 +95,9 @@ def test_an_attempt_is_there_once(store, counts):
 
 
 def test_only_what_is_missing_is_handed_out_each_once(store, counts):
-    tasks = [(condition, seed) for condition in counts for seed in (0, 1)]
+    attempts = [(condition, seed) for condition in counts for seed in (0, 1)]
     store.add([report(counts[0], 1)])
-    assert store.missing(tasks + tasks) == [tasks[0], *tasks[2:]]
+    assert store.missing(attempts + attempts) == [attempts[0], *attempts[2:]]
 
 
 def test_rows_come_in_the_order_of_the_conditions_and_the_seeds(store, counts):
@@ -145,9 +145,9 @@ def test_a_recording_lies_beside_its_row(store, counts):
     store.add([report(counts[0], 3, recording=b"npz"), report(counts[0], 4)])
     with_recording, without = store.attempts()
     file = store.folder / "recordings" / f"{counts[0].config_hash}-3.npz"
-    assert store.recording(with_recording) == file
+    assert store.recording_file(with_recording.config_hash, with_recording.seed) == file
     assert file.read_bytes() == b"npz"
-    assert store.recording(without) is None
+    assert not store.recording_file(without.config_hash, without.seed).exists()
 
 
 @pytest.mark.parametrize(
@@ -175,23 +175,23 @@ def test_what_is_no_study_is_refused(tmp_path):
     with pytest.raises(ExportError, match="no such study"):
         StudyStore(tmp_path)
     (tmp_path / "study.db").write_text("not a database, but long enough to be taken for something else " * 20)
-    with pytest.raises(ExportError, match="is no study"):
+    with pytest.raises(ExportError, match="is not a study"):
         StudyStore(tmp_path)
     other = tmp_path / "other"
     other.mkdir()
     with sqlite3.connect(other / "study.db") as connection:
         connection.execute("CREATE TABLE attempts (x)")
-    with pytest.raises(ExportError, match="is no study"):
+    with pytest.raises(ExportError, match="is not a study"):
         StudyStore(other, create=True)
 
 
 def test_one_writer_at_a_time(tmp_path):
-    tasks = [(Condition(load_scenario("spheres_wall"), {}), 0)]
+    attempts = [(Condition(load_scenario("spheres_wall"), {}), 0)]
     with locked(tmp_path), pytest.raises(ConfigurationError, match="another study writes there now"):
-        run_study(tasks, tmp_path)
+        run_study(attempts, tmp_path)
     (tmp_path / "file").write_text("")
     with pytest.raises(ExportError, match="the folder cannot be made"):
-        run_study(tasks, tmp_path / "file")
+        run_study(attempts, tmp_path / "file")
 
 
 def test_counts_and_wilson_intervals(store, counts):
