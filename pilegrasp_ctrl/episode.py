@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import __version__
 from .analysis.grasp_check import NOTHING_HELD, are_held
 from .config import Scenario, load_scenario
 from .control.saturation_monitor import SaturationMonitor
@@ -304,7 +303,7 @@ class _Loop:
             simulation.step()
             self._watchdog.check(simulation.data)
             if not self._withdrawing:
-                lasting = self._saturation.update(output) or attempt.rims.collision(simulation.data)
+                lasting = self._saturation.update(output) or attempt.rims.find_collision(simulation.data) or ""
             if self._progress and observation.time >= self._next_progress:
                 self._next_progress = observation.time + PROGRESS_PERIOD
                 self._progress(observation.time, primitive.name)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -13,10 +12,9 @@ from .contacts import Contacts
 from .primitives.primitive import Setpoint
 from .programs.attempt import Attempt
 from .recording import Recording
-from .sim.readout import ContactForces, drawn_bodies
+from .sim.readout import FRAME_PERIOD, ContactForces, drawn_bodies, next_multiple
 from .types import Array, Observation
 
-FRAME_PERIOD = 1.0 / 30.0
 SIGNAL_PERIOD = 0.01
 UNITS = {
     "push_force": "N",
@@ -68,13 +66,13 @@ class Recorder:
     ) -> None:
         """Note one control tick, if it is its turn or `always`; forces are relative to the wrench `zero` (6,)."""
         if observation.time >= self._next_frame - 1e-9:
-            self._next_frame = _after(observation.time, FRAME_PERIOD)
+            self._next_frame = next_multiple(observation.time, FRAME_PERIOD)
             self._frames.append((observation.time, *self._simulation.poses(self._ids)))
             self._contacts.append(self._contact_forces.read(self._simulation.data))
         due = observation.time >= self._next_row - 1e-9
         if not due and (not always or self._rows[-1]["time"] >= observation.time):
             return
-        self._next_row = _after(observation.time, SIGNAL_PERIOD)
+        self._next_row = next_multiple(observation.time, SIGNAL_PERIOD)
         reference = setpoint.reference.pose
         relative = observation.wrench[:3] - zero[:3]
         turn = reference.rotation @ state.pose.rotation.T
@@ -119,8 +117,3 @@ class Recorder:
                 force=forces,
             ),
         )
-
-
-def _after(time: float, period: float) -> float:
-    """Return the next multiple of `period` that is later than `time` by more than rounding."""
-    return period * math.floor(time / period + 1.0 + 1e-6)

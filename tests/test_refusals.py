@@ -10,7 +10,7 @@ from pilegrasp_ctrl.exceptions import ConfigurationError, RecordingError
 from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.sim.objects import OBJECT_MODELS, object_model
-from pilegrasp_ctrl.sim.pile_cache import _cache_folder
+from pilegrasp_ctrl.sim.pile_cache import cache_folder
 
 
 @pytest.mark.parametrize("name", ["Cube", "light_spere"])
@@ -51,4 +51,4 @@ def test_the_cache_does_without_a_home(monkeypatch):
 
     monkeypatch.setenv("XDG_CACHE_HOME", "relative")
     monkeypatch.setattr(Path, "home", homeless)
-    assert _cache_folder().is_absolute()
+    assert cache_folder().is_absolute()

@@ -15,7 +15,7 @@ FREE_DOFS = 6
 
 
 class MeteredStepper(Stepper):
-    """Steps as `Stepper` does, with a solver of one's choice; the exact step is not timed and leaves no trace.
+    """Steps as `Stepper` does, with a chosen solver; the exact step is not timed and leaves no trace.
 
     Args:
         model: which is given the solver.
@@ -38,26 +38,26 @@ class MeteredStepper(Stepper):
 
     def step(self) -> None:
         """Advance by one step."""
-        data, deepest = self._data, self._deepest
-        mujoco.mj_copyData(self._exact, self._model, data)
+        data, depth = self.data, self.depth
+        mujoco.mj_copyData(self._exact, self.model, data)
         start = time.perf_counter()
         super().step()
         seconds = time.perf_counter() - start
         iterations = data.solver_niter[: data.nisland].max(initial=0)
-        self._rows.append((data.time, seconds, data.ncon, iterations, *self._errors(deepest)))
+        self._rows.append((data.time, seconds, data.ncon, iterations, *self._errors(depth)))
 
     def samples(self) -> StepSamples:
         """Return the steps so far."""
         return StepSamples(*np.array(self._rows).T)
 
-    def _errors(self, deepest: float) -> tuple[float, float]:
+    def _errors(self, depth: float) -> tuple[float, float]:
         """Return by how much a joint of the hand [rad/s] and an object [m/s] are off, at most."""
-        own, own_deepest = self._data, self._deepest
-        self._data, self._deepest = self._exact, deepest
-        EXACT.put_into(self._model)
+        own, own_depth = self.data, self.depth
+        self.data, self.depth = self._exact, depth
+        EXACT.put_into(self.model)
         super().step()
-        self._solver.put_into(self._model)
-        self._data, self._deepest = own, own_deepest
+        self._solver.put_into(self.model)
+        self.data, self.depth = own, own_depth
         error = own.qvel - self._exact.qvel
         objects = error[self._first_object :].reshape(-1, FREE_DOFS)[:, :3]
         finger = np.abs(error[self._hand]).max(initial=0.0)

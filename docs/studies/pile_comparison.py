@@ -12,9 +12,9 @@ from bullet_world import BulletWorld
 from pilegrasp_ctrl.planning.layout import Layout, make_layout
 from pilegrasp_ctrl.sections import PileConfig, SupportConfig
 from pilegrasp_ctrl.sim.contact import Rule
-from pilegrasp_ctrl.sim.drop import FRAME_HEIGHT, drop_poses
+from pilegrasp_ctrl.sim.drop import FRAME_HEIGHT, drop_poses, pile_model
 from pilegrasp_ctrl.sim.objects import OBJECT_MODELS
-from pilegrasp_ctrl.sim.pile import LIFT_SPEED, pile_model, settle_pile
+from pilegrasp_ctrl.sim.pile import LIFT_SPEED, settle_pile
 from pilegrasp_ctrl.statistics import markdown_row
 from pilegrasp_ctrl.validation.physics.plate_push import SPEED, push, push_model, start_of_plate
 

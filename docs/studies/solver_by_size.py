@@ -15,9 +15,8 @@ from pilegrasp_ctrl.episode import run_attempt
 from pilegrasp_ctrl.exceptions import PilegraspError
 from pilegrasp_ctrl.planning.layout import make_layout
 from pilegrasp_ctrl.programs.attempt import prepare
-from pilegrasp_ctrl.sim.drop import drop_poses
+from pilegrasp_ctrl.sim.drop import drop_poses, pile_model
 from pilegrasp_ctrl.sim.objects import objects_of
-from pilegrasp_ctrl.sim.pile import pile_model
 from pilegrasp_ctrl.statistics import markdown_row
 from step_samples import StepSamples
 
@@ -58,7 +57,7 @@ def attempt(scenario: Scenario, seed: int, solver: ContactSolver) -> Measured:
     simulation = prepared.simulation
     scene = simulation.scene
     stepper = MeteredStepper(scene.model, simulation.data, solver, scene.arm_dofs, len(scene.objects))
-    simulation._stepper = stepper
+    simulation.stepper = stepper
     result = run_attempt(prepared)
     push = next((outcome for outcome in result.outcomes if outcome.name == "push"), None)
     if push is None:

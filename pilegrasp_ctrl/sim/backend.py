@@ -1,4 +1,4 @@
-"""The simulated robot, and one step of its physics."""
+"""The simulated robot and the step of its physics: five methods, which a real robot could offer as well."""
 
 from __future__ import annotations
 
@@ -9,77 +9,93 @@ from ..types import Array, Observation
 from .scene import Scene
 from .wrist_sensor import WristSensor
 
-JUMP = 3e-4
-"""A contact that is deeper than all of the step before by more than this [m] is looked at again."""
-TOLERANCE, ITERATIONS = 1e-10, 200
-"""Of the second look; at MuJoCo's 1e-6 [m] and 35 it falls for some of the same contacts."""
+DEPTH_JUMP = 3e-4
+"""Growth of the deepest penetration in one step [m], above which the step is computed again, more exactly; chosen."""
+
+EXACT_TOLERANCE = 1e-10
+"""Tolerance of the collision search in the second computation [m]. MuJoCo's 1e-6 fails on some of the same contacts."""
+
+EXACT_ITERATIONS = 200
+"""Iterations of the collision search in the second computation [-]. MuJoCo's 35 fail on some of the same contacts."""
 
 
 class Stepper:
-    """Advances a simulation step by step.
+    """Advances a simulation step by step, and computes steps with suspicious contacts again.
 
     MuJoCo's search for several contacts (4.0) reports two cylinders that touch along their flanks as centimetres deep,
-    once in some ten thousand steps, and would throw them apart. Without it a flat end stands on a single point, and
-    slips and bounces as it should not. So a step in which a contact has become deeper by a jump is looked at again, one
-    contact at a time and more exactly; where the jump was real, nothing is lost by it.
+    once in some ten thousand steps, and would throw them apart. Without the search a flat end stands on a single point,
+    and slips and bounces as it should not. Therefore a step in which the deepest contact has become deeper by a jump is
+    computed again, one contact at a time and more exactly. If the jump was real, nothing is lost.
+
+    Attributes:
+        model: MuJoCo model.
+        data: State that `step` advances.
+        depth: Deepest penetration in the step before [m]; 0 without cylinders.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        self._model, self._data = model, data
+        self.model, self.data = model, data
         free = model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]
         cylinders = model.geom_bodyid[model.geom_type == mujoco.mjtGeom.mjGEOM_CYLINDER]
-        self._wary = bool(np.isin(cylinders, free).any())
-        self._deepest = 0.0
+        self._has_cylinders = bool(np.isin(cylinders, free).any())
+        self.depth = 0.0
 
     def step(self) -> None:
         """Advance by one step."""
-        model, data = self._model, self._data
-        if not self._wary:
+        model, data = self.model, self.data
+        if not self._has_cylinders:
             mujoco.mj_step(model, data)
             return
         mujoco.mj_step1(model, data)
-        deepest = self._depth()
-        if deepest > self._deepest + JUMP:
-            self._look_again()
-            deepest = self._depth()
+        depth = self._measure_depth()
+        if depth > self.depth + DEPTH_JUMP:
+            self._step_exactly()
+            depth = self._measure_depth()
         else:
             mujoco.mj_step2(model, data)
-        self._deepest = deepest
+        self.depth = depth
 
-    def _look_again(self) -> None:
-        """Make the step with one contact at a time, everything awake: other contacts may touch what sleeps."""
-        option = self._model.opt
+    def _step_exactly(self) -> None:
+        """Step with one contact at a time and everything awake, because other contacts may touch sleeping bodies."""
+        option = self.model.opt
         usual = option.disableflags, option.enableflags, option.ccd_tolerance, option.ccd_iterations
         option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
         option.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-        option.ccd_tolerance, option.ccd_iterations = TOLERANCE, ITERATIONS
-        mujoco.mj_step(self._model, self._data)
+        option.ccd_tolerance, option.ccd_iterations = EXACT_TOLERANCE, EXACT_ITERATIONS
+        mujoco.mj_step(self.model, self.data)
         option.disableflags, option.enableflags, option.ccd_tolerance, option.ccd_iterations = usual
 
-    def _depth(self) -> float:
-        return max(0.0, -float(self._data.contact.dist.min())) if self._data.ncon else 0.0
+    def _measure_depth(self) -> float:
+        return max(0.0, -float(self.data.contact.dist.min())) if self.data.ncon else 0.0
 
 
 class Simulation:
     """MuJoCo behind `reset`, `observe`, `tare`, `apply` and `step`.
 
-    Args:
-        scene: the compiled scene.
-        sensor: the wrist sensor.
-        steps: physics steps in a control period.
+    Attributes:
+        scene: Compiled scene.
+        data: MuJoCo's state.
+        stepper: Advances the physics; a study may put a subclass of `Stepper` on the same `data` in its place.
     """
 
     def __init__(self, scene: Scene, sensor: WristSensor, steps: int) -> None:
+        """Put a robot and its sensor into a scene.
+
+        Args:
+            scene: Compiled scene.
+            sensor: Wrist sensor.
+            steps: Physics steps in a control period.
+        """
         self.scene, self._sensor, self._steps = scene, sensor, steps
         self.data = mujoco.MjData(scene.model)
-        self._stepper = Stepper(scene.model, self.data)
+        self.stepper = Stepper(scene.model, self.data)
         self._n = scene.arm_dofs
         # Views: looking an array up in MjData costs more than reading it.
         self._q, self._v = self.data.qpos[: self._n], self.data.qvel[: self._n]
         self._torque, self._closure = self.data.ctrl[: self._n], self.data.ctrl[self._n :]
 
     def reset(self, q: Array, object_poses: Array) -> None:
-        """Put the arm at `q` (nv,) [rad] at rest and the objects at their settled poses (n, 7)."""
+        """Put the arm at `q` (nv,) [rad] at rest, and the objects at their settled poses (n, 7)."""
         mujoco.mj_resetData(self.scene.model, self.data)
         self.data.qpos[: self._n] = q
         self.data.qpos[self.scene.object_qpos :] = object_poses.ravel()
@@ -88,7 +104,7 @@ class Simulation:
     def observe(self) -> Observation:
         """Read encoders and wrist sensor; call it once a control period."""
         wrench = self._sensor.read(self.data)
-        return Observation(self.data.time, self._q.copy(), self._v.copy(), wrench, self._sensor.saturated)
+        return Observation(self.data.time, self._q.copy(), self._v.copy(), wrench, self._sensor.saturated or "")
 
     def tare(self) -> None:
         """Take the wrist sensor's last reading as its zero; call it while nothing touches the hand."""
@@ -102,7 +118,7 @@ class Simulation:
     def step(self) -> None:
         """Advance by one control period; the command is held."""
         for _ in range(self._steps):
-            self._stepper.step()
+            self.stepper.step()
             self._sensor.sample(self.data)
 
     def poses(self, bodies: Array) -> tuple[Array, Array]:

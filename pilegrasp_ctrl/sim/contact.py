@@ -1,4 +1,4 @@
-"""Contacts: friction and restitution of surfaces, and the parameters of MuJoCo's contact pairs that meet them."""
+"""Contacts: friction and restitution of two bodies, and the MuJoCo contact pair that reproduces them."""
 
 from __future__ import annotations
 
@@ -10,17 +10,50 @@ from typing import Literal
 import mujoco
 import numpy as np
 
+from ..exceptions import ArgumentError
+
+Rule = Literal["paper", "product", "maximum"]
+"""How the coefficients of two bodies combine; `combine` explains the three rules."""
+
+NATURAL_FREQUENCY = 300.0
+"""Natural frequency of a contact [rad/s], chosen. A bounce then lasts pi / 300 = 10 ms. These are ten steps of 1 ms,
+which the contact needs to give back the restitution that was asked for."""
+
+OBJECT_IMPEDANCE = 0.8
+"""d in MuJoCo's solimp [-], chosen. It is constant, so that the damping ratio alone sets the restitution. It is low
+enough that a resting ball sags by 20 um into its contact. At 0.99 the ball sags by 1 um, leaves the contact in every
+step, and never rests."""
+
+HAND_IMPEDANCE = 0.96
+"""d for contacts of the end-effector [-], chosen. A contact is as stiff as its lighter body is heavy, and a fingertip
+has 5 g: at 0.8 a push of 20 N would press it 9 mm into the table."""
+
+SLIP_TIME = 1.0
+"""Steps in which friction among objects takes slip away on a slope [-], chosen. MuJoCo's friction yields like a damper,
+and uses the damper of the contact unless told otherwise. For a ball that bounces this damper is so weak that a heap of
+balls against the low wall flows at 2 to 15 mm/s and never falls asleep. On a level floor nothing pulls."""
+
+RESTING_IMPEDANCE = 0.05
+"""d at first touch of a contact without restitution [-], chosen. Such a contact starts soft, so that a pressed hand
+stays in contact and does not chatter."""
+
+IMPEDANCE_WIDTH = 0.002
+"""Depth at which a contact without restitution reaches its full impedance [m], chosen."""
+
+IMPACT_PHASES = 32
+"""Moments between two steps at which `restitution_of` tries an impact [-], chosen."""
+
 
 @dataclass(frozen=True, slots=True)
 class Surface:
     """Friction and restitution of one body, in the paper's (and Bullet's) vocabulary.
 
     Attributes:
-        lateral: sliding friction coefficient [-].
-        spinning: torsional friction [m], the torque about the normal per newton of normal force.
-        rolling: rolling friction [m], the torque about the tangent per newton of normal force.
-        restitution: ratio of separation to approach speed [-].
-        rank: who governs a contact under the "paper" rule: 2 end-effector, 1 object, 0 support.
+        lateral: Sliding friction coefficient [-].
+        spinning: Torsional friction [m], the torque about the normal per newton of normal force.
+        rolling: Rolling friction [m], the torque about the tangent per newton of normal force.
+        restitution: Ratio of separation speed to approach speed [-].
+        rank: Body class, which decides a contact under the "paper" rule: 2 end-effector, 1 object, 0 support.
     """
 
     lateral: float
@@ -31,40 +64,54 @@ class Surface:
 
     def __post_init__(self) -> None:
         if min(self.lateral, self.spinning, self.rolling) < 0.0 or not 0.0 <= self.restitution <= 1.0:
-            raise ValueError("friction must not be negative and restitution must lie in [0, 1]")
+            raise ArgumentError(f"{self}: friction must not be negative, and restitution must lie in [0, 1]")
 
 
 SUPPORT = Surface(lateral=0.25, spinning=0.001, rolling=0.001, restitution=0.72, rank=0)
 """Table, walls and frame: smooth wood, against which the tennis ball's coefficients were measured (Cross 2002)."""
 
 
-def restitution_for_mass(mass: float) -> float:
-    """Return the restitution [-] of an object of that mass [kg].
+@dataclass(frozen=True, slots=True)
+class PairParameters:
+    """The fields of an `mjsPair`.
 
-    The paper's line through COR(60 g) = 0.72 and COR(180 g) = 0.37 (V-A), clipped to [0, 1]: it would be negative above
-    307 g, and the paper's Fig. 11 goes to 720 g.
+    Attributes:
+        friction: MuJoCo's five coefficients: twice sliding, spinning, twice rolling.
+        solref: Stiffness and damping in MuJoCo's direct (negative) format.
+        solimp: MuJoCo's impedance: first, full, width, midpoint and power.
+        solreffriction: Stiffness and damping of the friction; zeros stand for those of `solref`.
+    """
+
+    friction: tuple[float, float, float, float, float]
+    solref: tuple[float, float]
+    solimp: tuple[float, float, float, float, float]
+    solreffriction: tuple[float, float] = (0.0, 0.0)
+
+
+def restitution_for_mass(mass: float) -> float:
+    """Return the restitution [-] of an object by its mass [kg].
+
+    This is the paper's line through COR(60 g) = 0.72 and COR(180 g) = 0.37 (V-A), clipped to [0, 1]. The line would be
+    negative above 307 g, and the paper's Fig. 11 goes to 720 g.
     """
     return float(np.clip(0.72 + (mass - 0.060) * (0.37 - 0.72) / (0.180 - 0.060), 0.0, 1.0))
 
 
-PHASES = 32
-"""At how many moments between two steps an impact is tried."""
-
-
 def restitution_of(damping_ratio: float, step: float) -> float:
-    """Return the restitution of a contact that cannot pull, as steps of finite length give it.
+    """Return the restitution of a contact of spring and damper that cannot pull, at steps of finite length.
 
-    The contact is integrated as the engine does it, by semi-implicit Euler; the mean is over the moments between two
-    steps at which the impact may fall, which is what a pile sees. As `step` goes to zero the mean goes to the law of
-    Schwager & Pöschel (2007, eq. 18), whose contact ends when the force, not the penetration, returns to zero.
+    The contact is integrated as the engine does it, by semi-implicit Euler. The result is the mean over the moments
+    between two steps at which the impact may fall, which is what a pile sees. As `step` goes to zero the mean goes to
+    the law of Schwager & Pöschel (2007, eq. 18), whose contact ends when the force, not the penetration, returns to
+    zero.
 
     Args:
-        damping_ratio: of spring and damper, not negative.
-        step: of the integration times the contact's natural frequency [-].
+        damping_ratio: Damping ratio of spring and damper, not negative.
+        step: Integration step times the contact's natural frequency [-].
     """
-    position = -step * (np.arange(PHASES) + 0.5) / PHASES
-    velocity = np.full(PHASES, -1.0)
-    touching = np.ones(PHASES, dtype=bool)
+    position = -step * (np.arange(IMPACT_PHASES) + 0.5) / IMPACT_PHASES
+    velocity = np.full(IMPACT_PHASES, -1.0)
+    touching = np.ones(IMPACT_PHASES, dtype=bool)
     while touching.any():
         force = np.maximum(-position - 2.0 * damping_ratio * velocity, 0.0)
         velocity += touching * step * force
@@ -77,14 +124,14 @@ def restitution_of(damping_ratio: float, step: float) -> float:
 def damping_ratio_for(restitution: float, step: float) -> float:
     """Return the damping ratio whose `restitution_of` is `restitution`.
 
-    At most that of critical damping, and less where it would turn the velocity around within a step: what asks for less
-    restitution than that gives (0.11 at the shipped step) gets as little as there is.
+    The ratio never exceeds critical damping, nor the ratio that would reverse the velocity within one step. A smaller
+    restitution than that allows (0.11 at the shipped step) gets the smallest one there is.
 
     Raises:
-        ValueError: for a restitution outside [0, 1].
+        ArgumentError: The restitution lies outside [0, 1].
     """
     if not 0.0 <= restitution <= 1.0:
-        raise ValueError(f"restitution is {restitution}; it must lie in [0, 1]")
+        raise ArgumentError(f"restitution is {restitution}; it must lie in [0, 1]")
     low, high = 0.0, min(1.0, 0.5 / step)
     for _ in range(math.ceil(math.log2(1e12))):
         middle = 0.5 * (low + high)
@@ -95,51 +142,16 @@ def damping_ratio_for(restitution: float, step: float) -> float:
     return 0.5 * (low + high)
 
 
-Rule = Literal["paper", "product", "maximum"]
-
-NATURAL_FREQUENCY = 300.0
-"""Of a contact [rad/s]. A bounce lasts pi / 300 = 10 ms: ten steps of 1 ms, which restitution needs to be met."""
-
-OBJECT_IMPEDANCE = 0.8
-"""d in MuJoCo's solimp, constant so that the damping ratio alone sets the restitution; and low enough that a resting
-ball sags by 20 um into its contact. At 0.99 it sags by 1 um, leaves the contact in every step, and never rests."""
-
-HAND_IMPEDANCE = 0.96
-"""The same for the end-effector. A contact is as stiff as its lighter body is heavy, and a fingertip has 5 g: at 0.8 a
-push of 20 N would press it 9 mm into the table."""
-
-SLIP_TIME = 1.0
-"""On a slope the friction among objects takes slip away in this many steps. MuJoCo's friction yields like a damper, and
-takes the contact's own unless told otherwise: that of a ball that bounces is so weak that a heap of them which leans on
-the low wall flows at 2 to 15 mm/s and never falls asleep. On the level nothing pulls."""
-
-RESTING_IMPEDANCE = 0.05
-IMPEDANCE_WIDTH = 0.002
-"""A contact that need not bounce starts soft and reaches its impedance at this depth [m]; a pressed hand then stays in
-contact instead of chattering on it."""
-
-
-@dataclass(frozen=True, slots=True)
-class PairParameters:
-    """Fields of an `mjsPair`.
-
-    `friction` (5,), `solref` (2,) in MuJoCo's direct (negative) format, `solimp` (5,), and `solreffriction` (2,), of
-    which zeros stand for `solref`.
-    """
-
-    friction: tuple[float, float, float, float, float]
-    solref: tuple[float, float]
-    solimp: tuple[float, float, float, float, float]
-    solreffriction: tuple[float, float] = (0.0, 0.0)
-
-
 def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
     """Return the coefficients of the contact between `a` and `b`.
 
-    `paper` takes the numbers as they were measured: the end-effector's own where it takes part, else the object's,
-    which were measured against a hard surface. `product` is Bullet's reading (friction and restitution multiply,
-    rolling and spinning cross over), `maximum` MuJoCo's. An end-effector on a support never bounces: the touch-down
-    is slower than the 0.2 m/s below which Bullet ignores restitution.
+    - `paper` takes the numbers as they were measured. They are the end-effector's if it takes part, otherwise the
+      object's, which were measured against a hard surface.
+    - `product` is Bullet's rule: friction and restitution multiply, rolling and spinning cross over.
+    - `maximum` is MuJoCo's rule.
+
+    An end-effector on a support never bounces: the touch-down is slower than the 0.2 m/s below which Bullet ignores
+    restitution.
     """
     rank = max(a.rank, b.rank)
     if rule == "product":
@@ -167,9 +179,9 @@ def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
 
 @lru_cache(maxsize=256)
 def pair_parameters(surface: Surface, timestep: float, slope: bool = False) -> PairParameters:
-    """Return MuJoCo's numbers for the coefficients of one contact, at a step of the physics [s].
+    """Return MuJoCo's numbers for the coefficients of one contact, at a physics step [s].
 
-    With `slope` the friction of what is no end-effector holds a load that stands, see `SLIP_TIME`.
+    With `slope`, friction among objects and supports holds a load that does not move; see `SLIP_TIME`.
     """
     damping_ratio = damping_ratio_for(surface.restitution, NATURAL_FREQUENCY * timestep)
     impedance = HAND_IMPEDANCE if surface.rank == 2 else OBJECT_IMPEDANCE

@@ -1,43 +1,69 @@
-"""Where objects hang before they are dropped: random, above the frame's floor, and clear of one another."""
+"""The drop of a pile: the frame, the model of frame and objects, and random poses from which the objects fall."""
 
 from __future__ import annotations
 
 import math
 
+import mujoco
 import numpy as np
 
 from ..exceptions import PileError
-from ..planning.layout import Layout
+from ..planning.layout import BASE_RADIUS, Layout
 from ..types import Array
+from .contact import SUPPORT, Rule, add_pair
 from .objects import Objects
+from .scene import add_objects, add_support, contact_parameters, new_spec
 
 FRAME_HEIGHT = 0.8
-"""Of the dropping frame [m]: 200 tennis balls hang in it above a floor of 0.25 m."""
+"""Height of the dropping frame [m], chosen: 200 tennis balls hang in it above a floor of 0.25 m."""
+
+PANEL_HALF_THICKNESS = 0.02
+"""Half thickness of the frame's panels [m], chosen."""
+
+PEDESTAL_HALF_HEIGHT = 0.1
+"""Half height of the space that the arm's base takes above the table [m], chosen; its radius is `BASE_RADIUS`."""
+
 SPACINGS = (2.08, 2.02)
-"""Of the grid that objects drop from, over their bounding radius; the second where the first leaves no room."""
+"""Distances of the grid from which objects drop, over their bounding radius [-], chosen. The second serves if the first
+leaves too little room."""
 
 
-def drop_poses(kind: Objects, count: int, layout: Layout, rng: np.random.Generator) -> Array:
+def pile_model(objects: Objects, count: int, layout: Layout, rule: Rule, timestep: float) -> mujoco.MjModel:
+    """Return the compiled frame, supports and objects; only the frame is a mocap body, and only objects have joints."""
+    spec = new_spec(timestep)
+    supports = add_support(spec, layout)
+    panels = [*_add_frame(spec, layout), _add_pedestal(spec)]
+    names = add_objects(spec, objects, count, supports, rule)
+    for name, each in zip(names, objects.assign_models(count), strict=True):
+        for panel in panels:
+            add_pair(spec, name, panel, contact_parameters(spec, each.surface, SUPPORT, rule))
+    return spec.compile()
+
+
+def drop_poses(objects: Objects, count: int, layout: Layout, rng: np.random.Generator) -> Array:
     """Return random poses (count, 7) above the frame's floor that do not overlap: a jittered grid, layer on layer.
 
-    The objects of a net are dropped together, upright and side by side; whatever stands alone falls as it likes.
+    The objects of a net are dropped together, upright and side by side; single objects have random orientations.
+
+    Raises:
+        PileError: The objects of a net do not fit into the frame, or the layers exceed its height.
     """
-    if kind.net is None:
-        return _grid(kind.bounding_radius, count, layout, rng)
-    radius = max(kind.net.ring_radius(kind.flank_radius) + kind.flank_radius, kind.bounding_radius)
+    if objects.net is None:
+        return _grid_poses(objects.bounding_radius, count, layout, rng)
+    radius = max(objects.net.ring_radius(objects.flank_radius) + objects.flank_radius, objects.bounding_radius)
     if 2.0 * radius > layout.frame_size:
         raise PileError(
-            f"{kind.net.members} tied objects need {2000 * radius:.0f} mm side by side and do not fit into the frame "
-            f"of {1000 * layout.frame_size:.0f} mm; raise pile.frame_size or lower pile.scale"
+            f"{objects.net.members} tied objects need {2000 * radius:.0f} mm side by side and do not fit into the "
+            f"frame of {1000 * layout.frame_size:.0f} mm; raise pile.frame_size or lower pile.scale"
         )
-    bags = _grid(radius, count // kind.net.members, layout, rng)
+    bags = _grid_poses(radius, count // objects.net.members, layout, rng)
     yaw = rng.uniform(-math.pi, math.pi, size=len(bags))
     bags[:, 3:] = np.stack([np.cos(yaw / 2.0), 0.0 * yaw, 0.0 * yaw, np.sin(yaw / 2.0)], axis=-1)
-    return kind.net.spread(bags, kind.flank_radius)
+    return objects.net.object_poses(bags, objects.flank_radius)
 
 
-def _grid(radius: float, count: int, layout: Layout, rng: np.random.Generator) -> Array:
-    """Return random poses (count, 7) of balls of `radius` [m]."""
+def _grid_poses(radius: float, count: int, layout: Layout, rng: np.random.Generator) -> Array:
+    """Return random poses (count, 7) of balls of `radius` [m] that do not overlap."""
     for spacing in SPACINGS:
         cell = spacing * radius
         per_side = max(1, int(layout.frame_size // cell))
@@ -68,3 +94,41 @@ def _grid(radius: float, count: int, layout: Layout, rng: np.random.Generator) -
             # Summed in order: BLAS, behind numpy's norm, rounds differently from one processor to another.
             poses[index, 3:] = quaternion / math.sqrt(sum(part * part for part in quaternion.tolist()))
     return poses
+
+
+def _add_frame(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
+    """Add the four panels as one mocap body; their inner faces bound the frame."""
+    half, thick = 0.5 * layout.frame_size, PANEL_HALF_THICKNESS
+    yaw = layout.frame_yaw
+    frame = spec.worldbody.add_body(
+        name="frame", mocap=True, pos=[*layout.frame_center, 0.0], quat=[math.cos(yaw / 2), 0, 0, math.sin(yaw / 2)]
+    )
+    panels = {
+        "frame_front": ([-(half + thick), 0.0], [thick, half + 2 * thick]),
+        "frame_back": ([half + thick, 0.0], [thick, half + 2 * thick]),
+        "frame_left": ([0.0, half + thick], [half, thick]),
+        "frame_right": ([0.0, -(half + thick)], [half, thick]),
+    }
+    for name, (center, size) in panels.items():
+        frame.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            pos=[*center, FRAME_HEIGHT / 2.0],
+            size=[*size, FRAME_HEIGHT / 2.0],
+            contype=0,
+            conaffinity=0,
+        )
+    return list(panels)
+
+
+def _add_pedestal(spec: mujoco.MjSpec) -> str:
+    """Add a cylinder in place of the arm's base, so that no stray object comes to rest inside it."""
+    spec.worldbody.add_geom(
+        name="pedestal",
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        pos=[0.0, 0.0, PEDESTAL_HALF_HEIGHT],
+        size=[BASE_RADIUS, PEDESTAL_HALF_HEIGHT, 0.0],
+        contype=0,
+        conaffinity=0,
+    )
+    return "pedestal"

@@ -1,4 +1,4 @@
-"""A hand as the simulation sees it, and what a scenario's `hand_model` changes in it."""
+"""A hand as the simulation sees it, with the changes that a scenario's `hand_model` makes."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ SCALED = {
     "restitution": ("surface.restitution",),
     "sensor_mass": ("sensor.mass",),
 }
-"""Which numbers each factor multiplies."""
+"""Numbers of `robot.toml` that each factor of `hand_model` multiplies."""
 
 REPLACED = {"inflation_stiffness": "pneumatics.inflation_stiffness"}
-"""Which number stands where a factor would have nothing to multiply."""
+"""Number of `robot.toml` that a key of `hand_model` replaces, because a factor would have nothing to multiply."""
 
 
-def varied(parameters: dict[str, Any], model: HandModelConfig) -> dict[str, Any]:
-    """Return the parameters of a hand with those changed that `model` names; the argument stays as it is."""
+def vary(parameters: dict[str, Any], model: HandModelConfig) -> dict[str, Any]:
+    """Return a copy of a hand's parameters with the changes that `model` names."""
     result = copy.deepcopy(parameters)
     for change in model.changed():
         value = getattr(model, change)
@@ -57,15 +57,16 @@ _BUILDERS: dict[str, Callable[[mujoco.MjSpec, Any, dict[str, Any]], None]] = {
     "rbo_hand2": add_rbo_hand2,
     "shovel": add_shovel,
 }
+"""Functions that add a hand's bodies, by the hand's name."""
 
 
 @dataclass(frozen=True)
 class Hand:
-    """What the scene, the controller and the primitives need to know of an end-effector.
+    """An end-effector: its bodies for a scene, and the numbers that controller and primitives need.
 
     Attributes:
-        name: as in the scenario key `hand`.
-        parameters: the parsed `robot.toml`, with the scenario's factors.
+        name: Name as in the scenario key `hand`.
+        parameters: Parsed `robot.toml`, with the scenario's factors.
     """
 
     name: str
@@ -73,20 +74,20 @@ class Hand:
 
     @classmethod
     def load(cls, name: str, model: HandModelConfig | None = None) -> Hand:
-        """Read a hand by name, and multiply the numbers that the scenario varies, if any.
+        """Read a hand by name, with the changes of the scenario's `hand_model`, if any.
 
         Raises:
-            ModelError: where there is no such hand.
+            ModelError: No hand has this name.
         """
         parameters = description(f"hands/{name}")
-        return cls(name, varied(parameters, model) if model else parameters)
+        return cls(name, vary(parameters, model) if model else parameters)
 
     def add_to(self, spec: mujoco.MjSpec, flange: Any) -> None:
-        """Mount the wrist sensor and the hand on the site `flange` of `spec`, as the body `sensor` and its children."""
+        """Mount wrist sensor and hand on the site `flange` of `spec`, as the body `sensor` and its children."""
         body = flange.parent.add_body(name="sensor", pos=flange.pos, quat=flange.quat)
         _BUILDERS[self.name](spec, body, self.parameters)
 
-    def alone(self) -> mujoco.MjSpec:
+    def standalone_spec(self) -> mujoco.MjSpec:
         """Return a spec of sensor and hand on a fixed flange."""
         spec = mujoco.MjSpec()
         spec.compiler.degree = False
@@ -95,12 +96,12 @@ class Hand:
 
     @property
     def contact_geoms(self) -> tuple[str, ...]:
-        """Names of the geoms that touch objects and table: all but the shovel's bracket."""
-        return tuple(geom.name for geom in self.alone().geoms if geom.name != "bracket")
+        """Names of the geoms that touch objects and table: all except the shovel's bracket."""
+        return tuple(geom.name for geom in self.standalone_spec().geoms if geom.name != "bracket")
 
     @property
     def controller(self) -> str:
-        """The controller that suits the hand, unless the scenario names one."""
+        """Name of the controller that suits the hand; a scenario may name another."""
         return str(self.parameters["hand"]["controller"])
 
     @property
@@ -110,7 +111,7 @@ class Hand:
 
     @cached_property
     def use(self) -> HandUse:
-        """What planning and primitives must know of the hand."""
+        """The hand's numbers for planning and primitives."""
         numbers = self.parameters["use"]
         return HandUse(
             theta=self.theta,
@@ -126,12 +127,12 @@ class Hand:
 
     @property
     def surface(self) -> Surface:
-        """Friction and restitution of the hand's skin."""
+        """Friction and restitution of the hand."""
         return Surface(**self.parameters["surface"], rank=2)
 
     @property
     def transform_tool_to_flange(self) -> Pose:
-        """The tool frame: x along the fingers, z normal to the palm, origin in the middle of the fingertips."""
+        """Tool frame: x along the fingers, z normal to the palm, origin in the middle of the fingertips."""
         angle = math.radians(self.parameters["hand"]["finger_angle_deg"])
         along = np.array([-math.sin(angle), 0.0, math.cos(angle)])
         normal = np.array([math.cos(angle), 0.0, math.sin(angle)])
@@ -139,16 +140,16 @@ class Hand:
         return Pose(self.parameters["hand"]["tool_origin"], rotation)
 
     def outline(self) -> Array:
-        """Return balls that span sensor and hand at rest (n, 4): middle in the tool frame and radius [m]."""
-        model = self.alone().compile()
+        """Return balls (n, 4) that span sensor and hand at rest: centre in the tool frame and radius [m]."""
+        model = self.standalone_spec().compile()
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
         balls = []
         for geom in range(model.ngeom):
-            middle, half, radius = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:], 0.0
+            center, half, radius = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:], 0.0
             if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CAPSULE:
                 radius = model.geom_size[geom, 0]
-            corners = middle + (half - radius) * np.array(list(product((-1.0, 1.0), repeat=3)))
+            corners = center + (half - radius) * np.array(list(product((-1.0, 1.0), repeat=3)))
             corners = data.geom_xpos[geom] + corners @ data.geom_xmat[geom].reshape(3, 3).T
             balls.append(np.column_stack([corners, np.full(len(corners), radius)]))
         in_flange = np.vstack(balls)
@@ -157,7 +158,7 @@ class Hand:
 
     def mass_properties(self) -> MassProperties:
         """Return mass, centre of mass and inertia of sensor and hand at rest, in the flange's axes."""
-        model = self.alone().compile()
+        model = self.standalone_spec().compile()
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)

@@ -1,4 +1,4 @@
-"""Parts that both hands are made of."""
+"""Parts that the hands share: the wrist sensor's body, and the orientation of a part."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..types import Array
 
 DARK = (0.16, 0.17, 0.19, 1.0)
+"""Colour of sensor and bracket (rgba)."""
 
 
 def frame_quaternion(x_axis: ArrayLike, z_hint: ArrayLike) -> Array:
@@ -23,10 +24,10 @@ def frame_quaternion(x_axis: ArrayLike, z_hint: ArrayLike) -> Array:
     return quaternion
 
 
-def add_sensor(spec: mujoco.MjSpec, body: Any, parameters: dict[str, Any]) -> None:
-    """Give the body `sensor` its housing, the site `wrist_sensor` at the flange, and the two sensors.
+def add_wrist_sensor(spec: mujoco.MjSpec, body: Any, parameters: dict[str, Any]) -> None:
+    """Add the housing, the site `wrist_sensor` at the flange, and the two MuJoCo sensors to the body `sensor`.
 
-    The force/torque sensors read the interaction between flange and sensor body, so the housing counts as tool.
+    The MuJoCo sensors read the interaction between flange and sensor body, so the housing is a part of the tool.
     """
     top, bottom, radius = parameters["top"], parameters["bottom"], parameters["radius"]
     body.add_geom(
@@ -40,8 +41,8 @@ def add_sensor(spec: mujoco.MjSpec, body: Any, parameters: dict[str, Any]) -> No
         conaffinity=0,
     )
     body.add_site(name="wrist_sensor", size=[0.005, 0.005, 0.005])
-    for name, kind in (
+    for name, sensor_type in (
         ("wrist_force", mujoco.mjtSensor.mjSENS_FORCE),
         ("wrist_torque", mujoco.mjtSensor.mjSENS_TORQUE),
     ):
-        spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="wrist_sensor")
+        spec.add_sensor(name=name, type=sensor_type, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="wrist_sensor")

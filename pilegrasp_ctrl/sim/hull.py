@@ -1,4 +1,4 @@
-"""A mesh as the simulation takes it: its convex hull, about its centre of mass and along its principal axes."""
+"""The convex hull of a mesh, about its centre of mass and along its principal axes, as the simulation uses it."""
 
 from __future__ import annotations
 
@@ -10,22 +10,25 @@ import numpy as np
 
 from ..exceptions import ConfigurationError
 
-LARGEST_HULL = 200
-"""Vertices that a hull keeps at most; a collision of hulls costs time by the vertex."""
+MAX_VERTICES = 200
+"""Vertices that a hull keeps at most [-], chosen; the time of a collision grows with the vertices."""
 
 FORMATS = (".stl", ".obj")
+"""File formats of a mesh."""
+
 Triple = tuple[float, float, float]
+_CONVEX = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
 
 
 @dataclass(frozen=True, slots=True)
 class Hull:
-    """A convex polyhedron. Tuples, so that it can be compared and hashed and its `repr` says everything.
+    """A convex polyhedron. It holds tuples, so that it can be compared and hashed, and its `repr` is complete.
 
     Attributes:
-        vertices: (n, 3) [m] about the centre of mass, along the principal axes.
-        faces: (m, 3) indices of the vertices.
-        volume: [m³].
-        moments: principal moments of inertia per mass of the homogeneous solid [m²].
+        vertices: Vertices (n, 3) [m] about the centre of mass, along the principal axes.
+        faces: Indices (m, 3) of the vertices.
+        volume: Volume [m³].
+        moments: Principal moments of inertia per mass of the homogeneous solid [m²].
     """
 
     vertices: tuple[Triple, ...]
@@ -38,7 +41,7 @@ class Hull:
         """Read the convex hull of an STL (binary) or OBJ file whose coordinates times `factor` are metres.
 
         Raises:
-            ConfigurationError: where the file is missing, of another format, damaged, or without a volume.
+            ConfigurationError: The file is missing, of another format, damaged, or without a volume.
         """
         if file.suffix.lower() not in FORMATS:
             raise ConfigurationError(f"{file}: a mesh must be one of {', '.join(FORMATS)}")
@@ -46,7 +49,7 @@ class Hull:
             raise ConfigurationError(f"{file}: no such mesh")
         spec = mujoco.MjSpec()
         spec.add_mesh(
-            name="mesh", file=str(file.resolve()), scale=[factor] * 3, maxhullvert=LARGEST_HULL, inertia=_CONVEX
+            name="mesh", file=str(file.resolve()), scale=[factor] * 3, maxhullvert=MAX_VERTICES, inertia=_CONVEX
         )
         return cls._compile(spec, str(file))
 
@@ -81,17 +84,17 @@ class Hull:
 
     @property
     def half_extents(self) -> Triple:
-        """Half of the widths along the principal axes [m]."""
+        """Half widths along the principal axes [m]."""
         x, y, z = (0.5 * np.ptp(np.array(self.vertices), axis=0)).tolist()
         return x, y, z
 
     @property
     def bounding_radius(self) -> float:
-        """Of the sphere about the centre of mass [m]."""
+        """Radius of the enclosing sphere about the centre of mass [m]."""
         return float(np.linalg.norm(self.vertices, axis=1).max())
 
     def add_to(self, spec: mujoco.MjSpec, name: str) -> None:
-        """Add the hull to `spec` as a mesh, once."""
+        """Add the hull to `spec` as a mesh, unless it is there."""
         if spec.mesh(name) is None:
             spec.add_mesh(
                 name=name,
@@ -99,6 +102,3 @@ class Hull:
                 userface=np.ravel(self.faces).tolist(),
                 inertia=_CONVEX,
             )
-
-
-_CONVEX = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX

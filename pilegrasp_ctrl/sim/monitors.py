@@ -1,4 +1,4 @@
-"""Monitors of a running simulation: states that cannot be believed, and collisions with a crate."""
+"""Monitors of a running simulation: a watchdog for states beyond belief, and a check for collisions with a crate."""
 
 from __future__ import annotations
 
@@ -17,34 +17,44 @@ from ..types import Array
 from .scene import Scene
 
 MAX_PENETRATION = 0.012
-"""Penetration at which a contact is no contact any more [m]. The hardest that happens: two limes of a bag, let go
-over the order's crate: they meet at 3.1 m/s as the lower one comes back from its floor, and overlap by 10 mm."""
+"""Penetration above which the simulation is stopped [m]. The hardest contact that happens has 10 mm: two limes of a bag
+that is released over the order's crate meet at 3.1 m/s as the lower one rebounds from the floor."""
+
 INTERVAL = 0.01
-"""Time between two looks [s]; a collision lasts longer."""
+"""Time between two checks of contacts [s], chosen; a collision lasts longer."""
+
 HISTORY = 100
+"""States that the watchdog keeps [-], chosen: the last second."""
+
+RIM_HEIGHT = 0.02
+"""Height of a crate's rim, the uppermost part of its walls, along which no hand may slide [m]; chosen."""
 
 
 class Watchdog:
-    """Looks at speeds and commands after every control period; at everything else every 10 ms, which is soon enough."""
+    """Stops a simulation that can no longer be believed, and writes its last states to a file.
+
+    Speeds and commands are checked after every control period, everything else every `INTERVAL`.
+    """
 
     def __init__(self, label: str) -> None:
+        """Name the file of the last states after `label`."""
         self._label = label
-        self._looked = 0.0
+        self._last_check = 0.0
         self._states: deque[tuple[float, Array, Array, Array]] = deque(maxlen=HISTORY)
 
     def check(self, data: mujoco.MjData) -> None:
-        """Judge the state; note it every 10 ms.
+        """Check the state, and keep it every `INTERVAL`.
 
         Raises:
-            SimulationError: for a state that is not finite, or a contact deeper than `MAX_PENETRATION`; the sentence
-                names the file with the last states.
+            SimulationError: The state is not finite, or a contact is deeper than `MAX_PENETRATION`; the error names the
+                file with the last states.
         """
         v, command, time = data.qvel, data.ctrl, data.time
         # MuJoCo would replace a command that is not finite by zero and go on.
         finite = math.isfinite(v.dot(v) + command.dot(command))
-        if finite and time - self._looked < INTERVAL - 1e-9:
+        if finite and time - self._last_check < INTERVAL - 1e-9:
             return
-        self._looked = time
+        self._last_check = time
         finite = finite and bool(np.isfinite(data.qpos).all())
         self._states.append((data.time, data.qpos.copy(), data.qvel.copy(), data.ctrl.copy()))
         if not finite:
@@ -67,41 +77,38 @@ class Watchdog:
         raise SimulationError(f"at {data.time:.3f} s {reason} ({kept})")
 
 
-RIM = 0.02
-"""Where a wall is no longer what a hand may slide along: its uppermost part [m]."""
-
-
 class RimCheck:
-    """Finds contacts of the robot with the walls of a crate that a push does not make.
+    """Finds contacts of the robot with the walls of a crate that no push makes.
 
-    Fingers, thumb and palm push against a wall and slide along it; that is no collision unless they are at its rim.
-    The sensor's housing and the arm's links have nothing to seek at a wall.
+    Fingers, thumb and palm push against a wall and slide along it; that is a collision only at the wall's rim. The
+    sensor's housing and the arm's links must not touch a wall at all.
     """
 
     def __init__(self, scene: Scene, walls: Iterable[Wall]) -> None:
+        """Watch those of `walls` that belong to a crate."""
         model = scene.model
         self._model = model
-        self._crates = {model.geom(wall.name).id: wall for wall in walls if wall.crate}
+        self._walls = {model.geom(wall.name).id: wall for wall in walls if wall.crate}
         self._hand = set(scene.hand_bodies) - {model.body("sensor").id}
         self._others = {0, *scene.objects}
         self._is_wall = np.zeros(model.ngeom, dtype=bool)
-        self._is_wall[list(self._crates)] = True
-        self._looked = -np.inf
+        self._is_wall[list(self._walls)] = True
+        self._last_check = -np.inf
 
-    def collision(self, data: mujoco.MjData) -> str:
-        """Return which part has hit which crate, or ""; looks every 10 ms."""
-        if not self._crates or data.time - self._looked < INTERVAL - 1e-9:
-            return ""
-        self._looked = data.time
+    def find_collision(self, data: mujoco.MjData) -> str | None:
+        """Return a text that names part and crate of a collision, or None; contacts are checked every `INTERVAL`."""
+        if not self._walls or data.time - self._last_check < INTERVAL - 1e-9:
+            return None
+        self._last_check = data.time
         pairs = data.contact.geom
         for index in np.flatnonzero(self._is_wall[pairs].any(axis=1)):
             first, second = pairs[index].tolist()
-            wall, other = (first, second) if self._is_wall[first] else (second, first)
+            geom, other = (first, second) if self._is_wall[first] else (second, first)
             body = int(self._model.geom_bodyid[other])
             if body in self._others:
                 continue
-            hit = self._crates[wall]
+            wall = self._walls[geom]
             height = data.contact.pos[index, 2]
-            if body not in self._hand or height > hit.center[2] + hit.half_size[2] - RIM:
-                return f"collision with the {hit.crate}'s rim: {self._model.body(body).name} at {hit.name}"
-        return ""
+            if body not in self._hand or height > wall.center[2] + wall.half_size[2] - RIM_HEIGHT:
+                return f"collision with the {wall.crate}'s rim: {self._model.body(body).name} at {wall.name}"
+        return None

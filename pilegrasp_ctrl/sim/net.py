@@ -13,10 +13,10 @@ from ..types import Array
 from .contact import NATURAL_FREQUENCY
 
 IMPEDANCE = 0.95
-"""d in MuJoCo's solimp, constant. Three limes that hang from one stretch the loop by less than 0.1 mm."""
+"""d in MuJoCo's solimp [-], constant, chosen. Three limes that hang from one stretch the loop by less than 0.1 mm."""
 
 SPACING = 1.03
-"""How far apart the objects of a bag start, over touching."""
+"""Distance of neighbours in a bag at the start, over that of objects that touch [-]; chosen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,12 +24,12 @@ class Net:
     """A bag around `members` objects.
 
     The girth of a taut bag around equal round objects is the girth of one of them plus the loop through their centres.
-    So the bag is a loop through the centres: one spatial tendon, limited in length, without stiffness or damping. It
-    acts at the centres, because in a bag an object turns freely; and it runs freely from one object to the next.
+    The bag is therefore modelled as that loop: one spatial tendon, limited in length, without stiffness or damping. It
+    acts at the centres, because an object turns freely in a bag, and it runs freely from one object to the next.
 
     Attributes:
-        members: objects in one bag, 2 or more.
-        loop: greatest length of the closed loop through their centres [m].
+        members: Objects in one bag, 2 or more.
+        loop: Greatest length of the closed loop through their centres [m].
     """
 
     members: int
@@ -40,20 +40,20 @@ class Net:
         return Net(self.members, factor * self.loop)
 
     def ring_radius(self, flank_radius: float) -> float:
-        """Return the radius [m] of the ring on which objects of `flank_radius` [m] stand side by side."""
+        """Return the radius [m] of the ring on which objects of `flank_radius` [m] are side by side."""
         return SPACING * flank_radius / math.sin(math.pi / self.members)
 
-    def least_loop(self, flank_radius: float) -> float:
-        """Return the loop [m] that objects of `flank_radius` [m] need when they stand side by side."""
+    def shortest_loop(self, flank_radius: float) -> float:
+        """Return the shortest loop [m] in which objects of `flank_radius` [m] fit side by side."""
         return 2.0 * SPACING * self.members * flank_radius
 
-    def place(self, index: int, flank_radius: float) -> Array:
-        """Return where object `index` stands (3,) [m] in an upright bag at the origin."""
+    def start_position(self, index: int, flank_radius: float) -> Array:
+        """Return the position (3,) [m] of object `index` in an upright bag at the origin."""
         angle = 2.0 * math.pi * (index % self.members) / self.members
         return self.ring_radius(flank_radius) * np.array([math.cos(angle), math.sin(angle), 0.0])
 
-    def spread(self, bags: Array, flank_radius: float) -> Array:
-        """Return poses (members n, 7) of the objects from poses (n, 7) of upright bags; a bag's objects follow on."""
+    def object_poses(self, bags: Array, flank_radius: float) -> Array:
+        """Return the poses (members n, 7) of all objects, bag by bag, from the poses (n, 7) of upright bags."""
         angles = 2.0 * math.pi * np.arange(self.members) / self.members
         yaw = 2.0 * np.arctan2(bags[:, 6], bags[:, 3])[:, None] + angles
         poses = np.repeat(bags, self.members, axis=0)
@@ -62,7 +62,7 @@ class Net:
         return poses
 
     def add_to(self, spec: mujoco.MjSpec, name: str, bodies: Sequence[str]) -> None:
-        """Tie `bodies`, each of which has a site of its own name at its centre, by a tendon called `name`."""
+        """Tie `bodies` by a tendon called `name`; each body has a site with the body's name at its centre."""
         tendon = spec.add_tendon(
             name=name,
             limited=True,

@@ -16,67 +16,9 @@ from .hull import Hull
 from .net import Net
 from .object_model import SMOOTH, ObjectModel
 
-
-def subtable(keys: Mapping[str, Any], key: str, valid: tuple[str, ...] | None) -> dict[str, Any]:
-    """Return the table `key` of `keys`, empty where it is absent.
-
-    Raises:
-        ConfigurationError: where it is no table, or holds a key that is not among `valid`, if that is given.
-    """
-    table = keys.get(key, {})
-    if not isinstance(table, Mapping):
-        raise ConfigurationError(f"{key} = {table!r:.80} must be a table")
-    if valid is not None:
-        refuse_unknown(table, valid, f"[{key}]")
-    return dict(table)
-
-
-def refuse_unknown(keys: Mapping[str, Any], valid: tuple[str, ...], what: str) -> None:
-    """Refuse a key that is not valid; `what` says of what.
-
-    Raises:
-        ConfigurationError: names the key and the nearest valid one, or all.
-    """
-    for key in keys:
-        if key not in valid:
-            close = get_close_matches(key, valid, n=1)
-            remedy = f"did you mean {close[0]!r}?" if close else f"valid keys are {', '.join(valid)}"
-            raise ConfigurationError(f"{what} has no key {key!r}; {remedy}")
-
-
-def number(keys: Mapping[str, Any], key: str, bounds: tuple[float, float], unit: str, prefix: str = "") -> float:
-    """Return the number `key`, which must lie within `bounds`; `prefix` is that of the table it stands in.
-
-    Raises:
-        ConfigurationError: where it is missing, no number, or outside.
-    """
-    if key not in keys:
-        raise ConfigurationError(f"the key {prefix + key!r} is missing")
-    return _within(keys[key], prefix + key, bounds, unit)
-
-
-def numbers(keys: Mapping[str, Any], key: str, bounds: tuple[float, float]) -> list[float]:
-    """Return the three lengths [m] of the list `key`, each within `bounds`.
-
-    Raises:
-        ConfigurationError: where it is missing, no such list, or a length is outside.
-    """
-    values = keys.get(key)
-    if not isinstance(values, list | tuple) or len(values) != 3:
-        raise ConfigurationError(f"{key} = {values!r:.80} must be a list of 3 lengths in m")
-    return [_within(value, f"{key}[{i}]", bounds, "m") for i, value in enumerate(values)]
-
-
-def _within(value: Any, key: str, bounds: tuple[float, float], unit: str) -> float:
-    low, high = bounds
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not number or not math.isfinite(value) or not low <= value <= high:
-        allowed = f"{low:g} to {high:g} {unit}".rstrip()
-        raise ConfigurationError(f"{key} = {value!r:.80} must be a number from {allowed}")
-    return float(value)
-
-
 VARIANTS = ("real", "sim", "literal")
+"""Tables of an object file; the keys above all tables are "real". The paper's Table I can be read in these ways."""
+
 SIZES = {
     "sphere": ("radius",),
     "ellipsoid": ("radii",),
@@ -88,25 +30,38 @@ SIZES = {
 """The keys of each shape. A capsule's length is that from end to end, caps included."""
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+"""Lengths [m] of the units in which a mesh may be drawn."""
+
 WIDTHS = (0.002, 0.5)
-"""Whole widths that an object may have [m]: a contact of 300 rad/s needs a body, and a hand must get around it."""
+"""Range of an object's widths [m], chosen: a contact of 300 rad/s needs a body, and a hand must get around it."""
+
 MASSES = (0.001, 5.0)
-"""As `pile.mass` [kg]."""
+"""Range of an object's mass [kg], as that of the scenario key `pile.mass`."""
+
 INERTIA_FACTORS = (0.1, 2.0)
-"""2 is a thin tube about its axis; a thin ball has 5/3."""
+"""Range of the inertia factor [-]. A thin tube has 2 about its axis, a thin ball 5/3."""
+
 NET_LOOPS = (0.01, 3.0)
-LARGEST_NET = 12
-_COMMON = ("shape", "mass", "inertia_factor", "friction", "restitution", "net", "source")
-_FRICTION = {"lateral": SMOOTH.lateral, "spinning": SMOOTH.spinning, "rolling": SMOOTH.rolling}
+"""Range of a net's loop [m], chosen."""
+
+MAX_NET_MEMBERS = 12
+"""Objects that one net may hold [-], chosen."""
+
+COMMON_KEYS = ("shape", "mass", "inertia_factor", "friction", "restitution", "net", "source")
+"""Keys of every shape."""
+
+DEFAULT_FRICTION = {"lateral": SMOOTH.lateral, "spinning": SMOOTH.spinning, "rolling": SMOOTH.rolling}
+"""Friction of an object whose file states none."""
 
 
 def read_object(file: Path, variant: str = "real") -> ObjectModel:
-    """Read one kind of object; a table named like the variant replaces keys above it.
+    """Read an object; a table named like the variant replaces keys above it.
 
     The keys above all tables are the variant "real". `docs/objects.md` lists them.
 
     Raises:
-        ConfigurationError: one sentence that names the file, the key and what is allowed.
+        ConfigurationError: The file cannot be read, or a key cannot be used; the error names file, key and what is
+            allowed.
     """
     table = read_toml(file, "of an object")
     try:
@@ -119,11 +74,11 @@ def write_object(path: str | Path, /, **keys: Any) -> Path:
     """Check the keys of an object and write them as TOML, for `pile.object`; return the file's path.
 
     Args:
-        path: where to; it ends in `.toml`.
-        keys: as in a file; `friction`, `net` and the variants are dictionaries.
+        path: File to write; its name ends in `.toml`.
+        keys: Keys as in a file; `friction`, `net` and the variants are dictionaries.
 
     Raises:
-        ConfigurationError: where `read_object` would refuse the file, or the place cannot be written.
+        ConfigurationError: `read_object` would reject the file, or it cannot be written.
     """
     path = Path(path)
     if path.suffix != ".toml":
@@ -142,91 +97,92 @@ def write_object(path: str | Path, /, **keys: Any) -> Path:
 
 
 def build_object(table: Mapping[str, Any], name: str, variant: str, folder: Path) -> ObjectModel:
-    """Return the kind that the keys of a file describe; a mesh's file starts at `folder`.
+    """Return the model that the keys of a file describe; the path of a mesh is relative to `folder`.
 
     Raises:
-        ConfigurationError: one sentence that names the key and what is allowed.
+        ConfigurationError: A key cannot be used; the error names it and what is allowed.
     """
     if variant != "real" and variant not in table:
         have = ["real", *(other for other in VARIANTS[1:] if other in table)]
         raise ConfigurationError(f"has no variant {variant!r}; pile.variant can be {' or '.join(map(repr, have))}")
-    keys = {key: value for key, value in table.items() if key not in VARIANTS} | subtable(table, variant, None)
+    keys = {key: value for key, value in table.items() if key not in VARIANTS} | _subtable(table, variant, None)
     shape = keys.get("shape")
     if not isinstance(shape, str) or shape not in SIZES:
         raise ConfigurationError(f"shape = {shape!r:.80} must be one of {', '.join(map(repr, SIZES))}")
-    valid = (*_COMMON, *SIZES[shape])
+    valid = (*COMMON_KEYS, *SIZES[shape])
     for other in VARIANTS:
-        refuse_unknown(subtable(table, other, None), valid, f"[{other}] of a {shape}")
-    refuse_unknown(keys, valid, f"a {shape}")
-    mass = number(keys, "mass", MASSES, "kg")
-    hull = _hull(keys, folder) if shape == "mesh" else None
+        _refuse_unknown(_subtable(table, other, None), valid, f"[{other}] of a {shape}")
+    _refuse_unknown(keys, valid, f"a {shape}")
+    mass = _number(keys, "mass", MASSES, "kg")
+    hull = _load_hull(keys, folder) if shape == "mesh" else None
     half_size = hull.half_extents if hull else _half_size(keys, shape)
-    bounces = "restitution" not in keys
-    bounce = restitution_for_mass(mass) if bounces else number(keys, "restitution", (0.0, 1.0), "")
-    friction = _FRICTION | subtable(keys, "friction", tuple(_FRICTION))
-    lateral, spinning, rolling = (number(friction, key, (0.0, 5.0), "", "friction.") for key in _FRICTION)
-    kind = ObjectModel(
+    bounces_by_mass = "restitution" not in keys
+    restitution = restitution_for_mass(mass) if bounces_by_mass else _number(keys, "restitution", (0.0, 1.0), "")
+    friction = DEFAULT_FRICTION | _subtable(keys, "friction", tuple(DEFAULT_FRICTION))
+    lateral, spinning, rolling = (_number(friction, key, (0.0, 5.0), "", "friction.") for key in DEFAULT_FRICTION)
+    object_model = ObjectModel(
         name=name,
         shape=shape,  # type: ignore[arg-type]
         half_size=half_size,
         mass=mass,
-        inertia_factor=number({"inertia_factor": 1.0, **keys}, "inertia_factor", INERTIA_FACTORS, ""),
-        surface=Surface(lateral, spinning, rolling, bounce, rank=1),
-        bounces_by_mass=bounces,
+        inertia_factor=_number({"inertia_factor": 1.0, **keys}, "inertia_factor", INERTIA_FACTORS, ""),
+        surface=Surface(lateral, spinning, rolling, restitution, rank=1),
+        bounces_by_mass=bounces_by_mass,
         hull=hull,
     )
-    return _tied(kind, keys) if "net" in keys else kind
+    return _add_net(object_model, keys) if "net" in keys else object_model
 
 
-def _tied(kind: ObjectModel, keys: Mapping[str, Any]) -> ObjectModel:
-    table = subtable(keys, "net", ("members", "loop"))
+def _add_net(object_model: ObjectModel, keys: Mapping[str, Any]) -> ObjectModel:
+    table = _subtable(keys, "net", ("members", "loop"))
     members = table.get("members")
-    if not isinstance(members, int) or isinstance(members, bool) or not 2 <= members <= LARGEST_NET:
-        raise ConfigurationError(f"net.members = {members!r:.80} must be an integer from 2 to {LARGEST_NET}")
-    net = Net(members, number(table, "loop", NET_LOOPS, "m", "net."))
-    least = net.least_loop(kind.flank_radius)
-    if net.loop < least:
+    if not isinstance(members, int) or isinstance(members, bool) or not 2 <= members <= MAX_NET_MEMBERS:
+        raise ConfigurationError(f"net.members = {members!r:.80} must be an integer from 2 to {MAX_NET_MEMBERS}")
+    net = Net(members, _number(table, "loop", NET_LOOPS, "m", "net."))
+    shortest = net.shortest_loop(object_model.flank_radius)
+    if net.loop < shortest:
         raise ConfigurationError(
-            f"net.loop = {net.loop:g} is too short for {members} objects side by side; at least {least:.3f} m is needed"
+            f"net.loop = {net.loop:g} is too short for {members} objects side by side; "
+            f"at least {shortest:.3f} m is needed"
         )
-    return replace(kind, net=net)
+    return replace(object_model, net=net)
 
 
 def _half_size(keys: Mapping[str, Any], shape: str) -> tuple[float, ...]:
     half = (0.5 * WIDTHS[0], 0.5 * WIDTHS[1])
     if shape == "box":
-        return tuple(0.5 * edge for edge in numbers(keys, "edges", WIDTHS))
+        return tuple(0.5 * edge for edge in _lengths(keys, "edges", WIDTHS))
     if shape == "ellipsoid":
-        return tuple(numbers(keys, "radii", half))
-    radius = number(keys, "radius", half, "m")
+        return tuple(_lengths(keys, "radii", half))
+    radius = _number(keys, "radius", half, "m")
     if shape == "sphere":
         return (radius,)
-    length = number(keys, "length", WIDTHS, "m")
+    length = _number(keys, "length", WIDTHS, "m")
     if shape == "cylinder":
         return radius, 0.5 * length
     if length <= 2.0 * radius:
         raise ConfigurationError(
-            f"length = {length:g} must be more than twice the radius, because it is that of the whole capsule; "
-            "a ball is a sphere"
+            f"length = {length:g} must be more than twice the radius, because it is the length of the "
+            "whole capsule; make a ball a sphere"
         )
     return radius, 0.5 * length - radius
 
 
-def _hull(keys: Mapping[str, Any], folder: Path) -> Hull:
+def _load_hull(keys: Mapping[str, Any], folder: Path) -> Hull:
     file, unit = keys.get("file"), keys.get("unit")
     if not isinstance(file, str) or not file:
         raise ConfigurationError(f"file = {file!r:.80} must be the path of an STL or OBJ file")
     if not isinstance(unit, str) or unit not in UNITS:
         raise ConfigurationError(
-            f"unit = {unit!r:.80} must be one of {', '.join(map(repr, UNITS))}; a mesh does not say what it is drawn in"
+            f"unit = {unit!r:.80} must be one of {', '.join(map(repr, UNITS))}; a mesh file does not state its unit"
         )
-    scale = number({"scale": 1.0, **keys}, "scale", (1e-4, 1e4), "")
+    scale = _number({"scale": 1.0, **keys}, "scale", (1e-4, 1e4), "")
     hull = Hull.load(folder / file, UNITS[unit] * scale)
     least, most = 2.0 * min(hull.half_extents), 2.0 * max(hull.half_extents)
     if not WIDTHS[0] <= least <= most <= WIDTHS[1]:
         raise ConfigurationError(
             f"the mesh measures {least:.3g} to {most:.3g} m across, and {WIDTHS[0]:g} to {WIDTHS[1]:g} m are allowed; "
-            "look at unit and scale"
+            "check unit and scale"
         )
     return hull
 
@@ -238,3 +194,46 @@ def _toml(value: Any) -> str:
         escaped = value.replace("\\", "\\\\").replace('"', '\\"')
         return f'"{escaped}"'
     return repr(float(value)) if isinstance(value, float) else str(value)
+
+
+def _subtable(keys: Mapping[str, Any], key: str, valid: tuple[str, ...] | None) -> dict[str, Any]:
+    """Return the table `key` of `keys`, or an empty one; its keys must be among `valid`, if that is given."""
+    table = keys.get(key, {})
+    if not isinstance(table, Mapping):
+        raise ConfigurationError(f"{key} = {table!r:.80} must be a table")
+    if valid is not None:
+        _refuse_unknown(table, valid, f"[{key}]")
+    return dict(table)
+
+
+def _refuse_unknown(keys: Mapping[str, Any], valid: tuple[str, ...], owner: str) -> None:
+    """Reject a key that is not valid; `owner` names what has the keys."""
+    for key in keys:
+        if key not in valid:
+            close = get_close_matches(key, valid, n=1)
+            remedy = f"did you mean {close[0]!r}?" if close else f"valid keys are {', '.join(valid)}"
+            raise ConfigurationError(f"{owner} has no key {key!r}; {remedy}")
+
+
+def _number(keys: Mapping[str, Any], key: str, bounds: tuple[float, float], unit: str, prefix: str = "") -> float:
+    """Return the number `key`, which must lie within `bounds`; `prefix` names the table of the key."""
+    if key not in keys:
+        raise ConfigurationError(f"the key {prefix + key!r} is missing")
+    return _check_number(keys[key], prefix + key, bounds, unit)
+
+
+def _lengths(keys: Mapping[str, Any], key: str, bounds: tuple[float, float]) -> list[float]:
+    """Return the three lengths [m] of the list `key`, each within `bounds`."""
+    values = keys.get(key)
+    if not isinstance(values, list | tuple) or len(values) != 3:
+        raise ConfigurationError(f"{key} = {values!r:.80} must be a list of 3 lengths in m")
+    return [_check_number(value, f"{key}[{i}]", bounds, "m") for i, value in enumerate(values)]
+
+
+def _check_number(value: Any, key: str, bounds: tuple[float, float], unit: str) -> float:
+    low, high = bounds
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not is_number or not math.isfinite(value) or not low <= value <= high:
+        allowed = f"{low:g} to {high:g} {unit}".rstrip()
+        raise ConfigurationError(f"{key} = {value!r:.80} must be a number from {allowed}")
+    return float(value)

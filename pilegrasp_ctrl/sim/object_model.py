@@ -1,4 +1,4 @@
-"""One kind of object: what it weighs, how it turns and what it looks like to the contact solver."""
+"""The model of an object: shape, size, mass, inertia and surface, and the MuJoCo body made of them."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from .hull import Hull
 from .net import Net
 
 OBJECT_BIT = 2
-"""Contact affinity of the objects; the arm's links get it as a contact type, everything else has explicit pairs."""
+"""Contact affinity of the objects, chosen. The arm's links have it as a contact type; all else has explicit pairs."""
 
 SMOOTH = Surface(lateral=0.25, spinning=0.001, rolling=0.001, restitution=0.72, rank=1)
-"""What an object's skin does unless its file says otherwise: 0.25 is the one coefficient of sliding that Cross (2002,
-Tables I-II) measured, of a ball on smooth wood; 0.001 m are the paper's numbers for the end-effector (V-A)."""
+"""Surface of an object whose file states none. Cross (2002, Tables I-II) measured the sliding coefficient 0.25, of a
+ball on smooth wood; 0.001 m are the paper's numbers for the end-effector (V-A)."""
 
 Shape = Literal["sphere", "ellipsoid", "capsule", "cylinder", "box", "mesh"]
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectModel:
-    """One kind of object.
+    """The model of an object; equal models describe equal objects.
 
     Attributes:
-        name: as in `pile.object`.
-        shape: sphere, ellipsoid, capsule, cylinder, box or mesh.
+        name: Name as in `pile.object`.
+        shape: Shape of the body.
         half_size: MuJoCo's half sizes [m]: radius; radii; radius and half length (without a capsule's caps); half
             edges; a mesh's half widths.
-        mass: [kg].
-        inertia_factor: diagonal inertia over that of the solid body; a hollow ball has more.
-        surface: friction and restitution.
-        bounces_by_mass: whether the restitution follows from the mass, and so changes with it.
-        hull: of a mesh.
-        net: that ties each few of the objects together.
+        mass: Mass [kg].
+        inertia_factor: Ratio of the inertia to that of the solid body [-]; a hollow ball has more than 1.
+        surface: Friction and restitution.
+        bounces_by_mass: Flag that is set if the restitution follows from the mass and changes with it.
+        hull: Convex hull of a mesh.
+        net: Net that ties every few of the objects together.
     """
 
     name: str
@@ -68,7 +68,7 @@ class ObjectModel:
 
     @property
     def flank_radius(self) -> float:
-        """Radius of the upright cylinder about the centre of mass that encloses the object as it is modelled [m]."""
+        """Radius of the upright cylinder about the centre of mass that encloses the modelled object [m]."""
         if self.hull is not None:
             return float(np.linalg.norm(np.array(self.hull.vertices)[:, :2], axis=1).max())
         if self.shape == "box":
@@ -77,7 +77,7 @@ class ObjectModel:
 
     @property
     def volume(self) -> float:
-        """Of the object as it is modelled [m³]."""
+        """Volume of the modelled object [m³]."""
         a, *rest = self.half_size
         if self.hull is not None:
             return self.hull.volume
@@ -90,8 +90,8 @@ class ObjectModel:
             return ball * a**3 + 2.0 * math.pi * a**2 * rest[0]
         return ball * a * rest[0] * rest[1] if self.shape == "ellipsoid" else ball * a**3
 
-    def share_out(self, count: int) -> list[ObjectModel]:
-        """Return the kind of each of `count` objects."""
+    def assign_models(self, count: int) -> list[ObjectModel]:
+        """Return the model of each of `count` objects: this one."""
         return [self] * count
 
     def solid_inertia(self) -> tuple[float, float, float]:
@@ -111,18 +111,17 @@ class ObjectModel:
         return factor * (b * b + c * c), factor * (a * a + c * c), factor * (a * a + b * b)
 
     def with_mass(self, mass: float) -> ObjectModel:
-        """Return the kind with another mass [kg], and the restitution that goes with it."""
+        """Return the model with another mass [kg], and with the restitution that follows from it."""
         restitution = restitution_for_mass(mass) if self.bounces_by_mass else self.surface.restitution
         return replace(self, mass=mass, surface=replace(self.surface, restitution=restitution))
 
     def with_friction(self, factor: float) -> ObjectModel:
-        """Return the kind with its friction multiplied: sliding, spinning and rolling."""
-        skin = self.surface
-        varied = {name: factor * getattr(skin, name) for name in ("lateral", "spinning", "rolling")}
-        return replace(self, surface=replace(skin, **varied))
+        """Return the model with its friction multiplied: sliding, spinning and rolling."""
+        varied = {name: factor * getattr(self.surface, name) for name in ("lateral", "spinning", "rolling")}
+        return replace(self, surface=replace(self.surface, **varied))
 
     def scaled(self, factor: float) -> ObjectModel:
-        """Return the kind with its lengths multiplied; the mass stays."""
+        """Return the model with its lengths multiplied; the mass stays."""
         return replace(
             self,
             half_size=tuple(factor * size for size in self.half_size),
@@ -131,9 +130,9 @@ class ObjectModel:
         )
 
     def add_to(self, spec: mujoco.MjSpec, index: int, rgba: tuple[float, float, float, float]) -> None:
-        """Add a free body `object_{index}` with one geom of the same name, and a site where a net ties it."""
+        """Add a free body `object_{index}` with one geom of the same name, and with a site if a net ties it."""
         name = f"object_{index}"
-        # Left alone, the centre of mass of an explicit inertia lands on the body's position in the world.
+        # Without `ipos` the centre of mass of an explicit inertia would lie at the body's position in the world.
         body = spec.worldbody.add_body(name=name, explicitinertial=True, mass=self.mass, ipos=[0.0, 0.0, 0.0])
         body.inertia = [self.inertia_factor * moment for moment in self.solid_inertia()]
         body.add_freejoint(name=name)
@@ -152,12 +151,12 @@ class ObjectModel:
             geom.meshname = self.name
         if self.net is not None:
             body.add_site(name=name)
-            # MuJoCo weighs a tendon's limit in this pose, where bodies on one spot would have it weigh nothing.
-            body.pos = self.net.place(index, self.flank_radius)
+            # MuJoCo scales a tendon's limit in this pose; bodies at one point would make it ineffective.
+            body.pos = self.net.start_position(index, self.flank_radius)
 
 
 def _capsule_inertia(mass: float, radius: float, length: float) -> tuple[float, float, float]:
-    """Return the moments of a cylinder of `length` with two half balls: their sum, by the parallel axes."""
+    """Return the moments of inertia of a cylinder of `length` with two half balls, by the parallel axis theorem."""
     cylinder = length / (length + 4.0 * radius / 3.0) * mass
     caps = mass - cylinder
     along = 0.5 * cylinder * radius**2 + 0.4 * caps * radius**2

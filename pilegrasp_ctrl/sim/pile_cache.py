@@ -17,17 +17,17 @@ from ..types import Array
 
 
 class PileCache:
-    """One pile's place in `~/.cache/pilegrasp`; a cache that cannot be read or written never matters."""
+    """The file of one pile in `~/.cache/pilegrasp`; a cache that cannot be read or written changes nothing."""
 
     def __init__(self, *content: Any) -> None:
-        """Take the JSON values that the pile depends on."""
+        """Name the file by a hash of the JSON values `content`, on which the pile depends."""
         digest = hashlib.sha256(json.dumps(content).encode()).hexdigest()[:24]
-        self._file = _cache_folder() / "pilegrasp" / "piles" / f"{digest}.npz"
+        self.file = cache_folder() / "pilegrasp" / "piles" / f"{digest}.npz"
 
     def read(self, count: int) -> tuple[Array, float] | None:
-        """Return poses (count, 7) and packing density, or None where there are none or the file is damaged."""
+        """Return poses (count, 7) and packing density, or None if the file is missing or damaged."""
         try:
-            with np.load(self._file, allow_pickle=False) as arrays:
+            with np.load(self.file, allow_pickle=False) as arrays:
                 poses, density = arrays["poses"], arrays["packing_density"]
         except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
             return None
@@ -37,14 +37,15 @@ class PileCache:
     def write(self, poses: Array, density: float) -> None:
         """Write through a temporary file, so that a killed process leaves nothing half-written."""
         try:
-            self._file.parent.mkdir(parents=True, exist_ok=True)
-            with whole_file(self._file) as beside, beside.open("wb") as file:
+            self.file.parent.mkdir(parents=True, exist_ok=True)
+            with whole_file(self.file) as beside, beside.open("wb") as file:
                 np.savez(file, poses=poses, packing_density=density)
         except OSError:
             return
 
 
-def _cache_folder() -> Path:
+def cache_folder() -> Path:
+    """Return the user's folder for caches."""
     root = Path(os.environ.get("XDG_CACHE_HOME", ""))
     if root.is_absolute():
         return root

@@ -1,9 +1,9 @@
-"""The RBO Hand 2 as MuJoCo bodies: fingers are chains with a spring in every joint, inflation a moment in all of them.
+"""The RBO Hand 2 as MuJoCo bodies: fingers are chains of sprung joints, and inflation is a moment in all of them.
 
-A PneuFlex finger bends with constant curvature under pressure; equal moments in equal springs give the same shape, and
-what is left of the finger's compliance toward the side sits in one hinge at its base. Where inflation is to stiffen
-the finger, the moment falls with the finger's total bend, as the pressure of an enclosed mass of air does. The soft
-part of the palm that carries the thumb gives way about one hinge, and is not inflated.
+A PneuFlex finger bends with constant curvature under pressure; equal moments in equal springs give the same shape. One
+hinge at the base holds the finger's sideways compliance. If inflation is to stiffen the finger, the moment falls with
+the finger's total bend, as the pressure of an enclosed mass of air does. The soft part of the palm that carries the
+thumb bends about one hinge, and is not inflated.
 """
 
 from __future__ import annotations
@@ -15,19 +15,30 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..types import Array
-from .hand_parts import add_sensor, frame_quaternion
+from .hand_parts import add_wrist_sensor, frame_quaternion
 
 SILICONE = (0.93, 0.80, 0.62, 1.0)
+"""Colour of fingers and palm (rgba)."""
+
 SCAFFOLD = (0.35, 0.37, 0.42, 1.0)
+"""Colour of the rigid part of the palm (rgba)."""
+
 LATERAL_RANGE = 0.35
+"""Largest sideways angle of a finger at its base, either way [rad]; chosen."""
+
 BEND_RANGE = (-0.9, 1.6)
+"""Range of each bending joint [rad], chosen."""
+
 PALM_RANGE = (-0.5, 1.2)
-ROTOR_INERTIA = 2e-5  # of every finger joint [kg m²]; the bare 5 g fingertip is too light for contacts at 1 ms
+"""Range of the hinge of the palm's web [rad], chosen."""
+
+JOINT_ARMATURE = 2e-5
+"""Inertia added to every finger joint [kg m²], chosen: the bare 5 g fingertip is too light for contacts at 1 ms."""
 
 
 def add_rbo_hand2(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> None:
-    """Add sensor and hand to the body `root`, which lies in the flange's frame, from its `robot.toml`."""
-    add_sensor(spec, root, parameters["sensor"])
+    """Add sensor and hand to the body `root` in the flange's frame, by the numbers of `robot.toml`."""
+    add_wrist_sensor(spec, root, parameters["sensor"])
     fingers, thumb, pneumatics = parameters["fingers"], parameters["thumb"], parameters["pneumatics"]
     angle = np.radians(parameters["hand"]["finger_angle_deg"])
     palm_normal = np.array([np.cos(angle), 0.0, np.sin(angle)])
@@ -42,9 +53,9 @@ def add_rbo_hand2(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) ->
 
 
 def _add_palm(root: Any, palm: dict[str, Any], along: Array, pneumatics: dict[str, Any]) -> tuple[Any, Array]:
-    """Add the palm; return the body `palm_web`, which carries the thumb, and where its hinge lies on the flange.
+    """Add the palm; return the body `palm_web`, which carries the thumb, and its hinge's place on the flange.
 
-    The hinge is parallel to the fingers, at the edge of the web; it is positive as the thumb comes nearer to them.
+    The hinge is parallel to the fingers, at the edge of the web. Its angle grows as the thumb approaches them.
     """
     hinge = np.array(palm["web_center"]) - [0.0, palm["web_half_size"][1], 0.0]
     rigid, web = root.add_body(name="palm"), root.add_body(name="palm_web", pos=hinge)
@@ -75,7 +86,7 @@ def _add_finger(
     bend_toward: Any,
     pneumatics: dict[str, Any],
 ) -> None:
-    """Add the chain `{name}_1..n`; joint `{name}_lateral` at the base and `{name}_bend_i`, positive when closing."""
+    """Add the chain `{name}_1..n`: joint `{name}_lateral` at the base, and `{name}_bend_i`, positive when closing."""
     count = shape["segments"]
     direction = np.subtract(tip, base)
     length = float(np.linalg.norm(direction)) / count
@@ -109,14 +120,15 @@ def _add_hinge(
     joint = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis, range=limits, limited=True)
     joint.stiffness[0] = pneumatics[f"{mode}_stiffness"]
     joint.damping[0] = pneumatics[f"{mode}_damping"]
-    joint.armature = ROTOR_INERTIA
+    joint.armature = JOINT_ARMATURE
 
 
 def _add_inflation(spec: mujoco.MjSpec, name: str, segments: int, moment: float, pneumatics: dict[str, Any]) -> None:
     """Add the actuator `{name}`: closure in [0, 1], first-order in time, the same moment in every bending joint.
 
-    At an inflation a and a mean bend q of the joints the moment is `a (M (1 + r) - r k q)`, where M is `moment`, k the
-    joint's spring and r the share that inflation adds to it. In free space it bends a finger by M / k for every r.
+    At inflation a and mean joint angle q the moment is `a (M (1 + r) - r k q)`, where M is `moment`, k the
+    joint's spring and r the share that inflation adds to it. In free space, full inflation bends each joint by M / k,
+    whatever r is.
     """
     tendon = spec.add_tendon(name=name)
     for i in range(segments):

@@ -1,4 +1,4 @@
-"""What a simulation shows: the bodies that are drawn, the forces in their contacts, and frames while it runs."""
+"""What a simulation shows while it runs: drawn bodies, forces in their contacts, and frames for an observer."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..types import Array
 from .backend import Simulation
 from .scene import Scene
 
-_KINDS = {
+SHAPE_NAMES = {
     mujoco.mjtGeom.mjGEOM_SPHERE: "sphere",
     mujoco.mjtGeom.mjGEOM_CAPSULE: "capsule",
     mujoco.mjtGeom.mjGEOM_CYLINDER: "cylinder",
@@ -24,7 +24,23 @@ _KINDS = {
     mujoco.mjtGeom.mjGEOM_ELLIPSOID: "ellipsoid",
     mujoco.mjtGeom.mjGEOM_PLANE: "plane",
 }
+"""What a recording calls MuJoCo's geoms."""
+
 COLLISION_GROUP = 3
+"""MuJoCo's geom group of shapes that only collide; they are not drawn."""
+
+MIN_FORCE = 0.1
+"""Contacts that press less than this are left out [N], chosen; a light sphere weighs 0.6 N."""
+
+FRAME_PERIOD = 1.0 / 30.0
+"""Simulated time between two frames [s], in a recording and for an observer; chosen."""
+
+ROLE_ORDER = {"arm": 0, "sensor": 0, "hand": 0, "object": 1, "support": 2}
+"""Order of two bodies in a contact, by role: the one nearer to the arm comes first."""
+
+Observer = Callable[[float, str, tuple[Body, ...], Array, Array], None]
+"""A function that is called with the time [s], the primitive's name, the B bodies that can be drawn, their positions
+(B, 3) [m] and their quaternions (B, 4) wxyz, body to scene. The bodies are the same in every call."""
 
 
 def drawn_bodies(scene: Scene) -> tuple[tuple[Body, ...], np.ndarray]:
@@ -35,7 +51,7 @@ def drawn_bodies(scene: Scene) -> tuple[tuple[Body, ...], np.ndarray]:
         first = int(model.body_geomadr[body])
         shapes = tuple(
             Shape(
-                **_outline(model, geom),
+                **_shape_of(model, geom),
                 position=model.geom_pos[geom].tolist(),
                 quaternion=model.geom_quat[geom].tolist(),
                 rgba=np.clip(model.geom_rgba[geom].astype(float), 0.0, 1.0).tolist(),
@@ -44,22 +60,22 @@ def drawn_bodies(scene: Scene) -> tuple[tuple[Body, ...], np.ndarray]:
             if model.geom_group[geom] != COLLISION_GROUP and model.geom_rgba[geom, 3] > 0.0
         )
         if shapes:
-            bodies.append(Body(model.body(body).name, _role(scene, body), shapes))
+            bodies.append(Body(model.body(body).name, _role_of(scene, body), shapes))
             ids.append(body)
     return tuple(bodies), np.array(ids)
 
 
-def _outline(model: Any, geom: int) -> dict[str, Any]:
-    """Return kind and size; a recording knows no meshes, so a hull is drawn as the ellipsoid of the same inertia."""
-    kind = mujoco.mjtGeom(int(model.geom_type[geom]))
-    if kind != mujoco.mjtGeom.mjGEOM_MESH:
-        return {"kind": _KINDS[kind], "size": model.geom_size[geom].tolist()}
+def _shape_of(model: Any, geom: int) -> dict[str, Any]:
+    """Return kind and size; a recording has no meshes, so a hull is drawn as the ellipsoid of the same inertia."""
+    geom_type = mujoco.mjtGeom(int(model.geom_type[geom]))
+    if geom_type != mujoco.mjtGeom.mjGEOM_MESH:
+        return {"kind": SHAPE_NAMES[geom_type], "size": model.geom_size[geom].tolist()}
     body = int(model.geom_bodyid[geom])
     inertia = model.body_inertia[body] / model.body_mass[body]
     return {"kind": "ellipsoid", "size": np.sqrt(2.5 * (inertia.sum() - 2.0 * inertia)).tolist()}
 
 
-def _role(scene: Scene, body: int) -> str:
+def _role_of(scene: Scene, body: int) -> str:
     if body == 0:
         return "support"
     if body in scene.objects:
@@ -69,66 +85,53 @@ def _role(scene: Scene, body: int) -> str:
     return "arm"
 
 
-SMALLEST = 0.1
-"""Contacts that press less than this are left out [N]; a light sphere weighs 0.6 N."""
-
-_RANK = {"arm": 0, "sensor": 0, "hand": 0, "object": 1, "support": 2}
-
-
 class ContactForces:
-    """Reads the contacts of a model whose drawn bodies are `bodies`, with the body ids `ids`.
+    """Reads the contacts between drawn bodies.
 
     The first body of a pair is the one nearer to the arm: the hand before an object, an object before a support.
     """
 
     def __init__(self, model: Any, bodies: tuple[Body, ...], ids: NDArray[np.int_]) -> None:
+        """Read the contacts of `model` between `bodies`, whose body ids are `ids`."""
         self._model = model
-        place = {int(body): index for index, body in enumerate(ids)}
+        index_of = {int(body): index for index, body in enumerate(ids)}
         drawn = []
         for geom in range(model.ngeom):
             body = int(model.geom_bodyid[geom])
-            while body not in place and body:
+            while body not in index_of and body:
                 body = int(model.body_parentid[body])
-            drawn.append(place.get(body, 0))
+            drawn.append(index_of.get(body, 0))
         self._body = np.array(drawn, dtype=np.int32)
-        self._rank = np.array([_RANK[body.role] for body in bodies])
+        self._order = np.array([ROLE_ORDER[body.role] for body in bodies])
 
     def read(self, data: Any) -> tuple[NDArray[np.int32], Array, Array]:
         """Return bodies (K, 2), positions (K, 3) [m] and forces (K, 3) [N] on the first body, in world axes.
 
-        Bodies that sleep are at rest in contacts that MuJoCo does not compute; they are missing.
+        Contacts of bodies that sleep are missing, because MuJoCo does not compute them.
         """
         contact = data.contact
         active = np.flatnonzero(contact.efc_address >= 0)
         local = np.zeros((active.size, 6))
         for row, index in zip(local, active, strict=True):
             mujoco.mj_contactForce(self._model, data, int(index), row)
-        pressing = np.linalg.norm(local[:, :3], axis=1) >= SMALLEST
+        pressing = np.linalg.norm(local[:, :3], axis=1) >= MIN_FORCE
         active, local = active[pressing], local[pressing]
         # The rows of a contact's frame are its axes; the first, its normal, points from the first geom to the second,
         # and that is where the force pushes the second.
         axes = contact.frame[active].reshape(-1, 3, 3)
         force = -np.einsum("ki,kij->kj", local[:, :3], axes)
         bodies = self._body[contact.geom[active]].reshape(-1, 2)
-        turned = self._rank[bodies[:, 0]] > self._rank[bodies[:, 1]]
-        bodies[turned] = bodies[turned][:, ::-1]
-        force[turned] *= -1.0
+        swapped = self._order[bodies[:, 0]] > self._order[bodies[:, 1]]
+        bodies[swapped] = bodies[swapped][:, ::-1]
+        force[swapped] *= -1.0
         return bodies, contact.pos[active].copy(), force
 
 
-PERIOD = 1.0 / 30.0
-"""Simulated time between two frames [s], that of a recording."""
-
-Observer = Callable[[float, str, tuple[Body, ...], Array, Array], None]
-"""Called with the time [s], the primitive's name, the B bodies that can be drawn, which are the same at every call,
-their positions (B, 3) [m] and their quaternions (B, 4) wxyz, body to scene."""
-
-
 class FrameFeed:
-    """Hands the bodies' poses to an observer at 30 Hz of simulated time.
+    """Passes the bodies' poses to an observer every `FRAME_PERIOD`.
 
     Attributes:
-        seconds: on the wall clock that the observer took so far.
+        seconds: Wall-clock time that the observer has taken so far [s].
     """
 
     def __init__(self, simulation: Simulation, on_frame: Observer) -> None:
@@ -138,10 +141,15 @@ class FrameFeed:
         self.seconds = 0.0
 
     def show(self, time: float, primitive: str, *, always: bool = False) -> None:
-        """Show copies of the poses at `time` [s], if it is its turn or `always`."""
+        """Show copies of the poses at `time` [s], if a frame is due or `always` is set."""
         if time < self._next - 1e-9 and not always:
             return
-        self._next = PERIOD * math.floor(time / PERIOD + 1.0 + 1e-6)
+        self._next = next_multiple(time, FRAME_PERIOD)
         begun = perf_counter()
         self._on_frame(time, primitive, self._bodies, *self._simulation.poses(self._ids))
         self.seconds += perf_counter() - begun
+
+
+def next_multiple(time: float, period: float) -> float:
+    """Return the next multiple of `period` that is later than `time` by more than rounding [s]."""
+    return period * math.floor(time / period + 1.0 + 1e-6)

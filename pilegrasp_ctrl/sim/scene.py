@@ -1,4 +1,4 @@
-"""The MuJoCo model of one attempt: table, support, arm, hand and objects, with every contact pair spelled out."""
+"""The MuJoCo model of one attempt: table, support, arm, hand and objects, with every contact pair made explicit."""
 
 from __future__ import annotations
 
@@ -19,25 +19,39 @@ from .object_model import OBJECT_BIT
 from .objects import Objects
 
 WOOD = (0.72, 0.60, 0.46, 1.0)
+"""Colour of the table (rgba)."""
+
 WALL_COLOR = (0.62, 0.68, 0.74, 0.45)
+"""Colour of the walls (rgba)."""
+
+TABLE_MARGIN = 0.15
+"""Distance of the table's centre before the wall [m], chosen; the collision plane has no edge."""
+
 SUPPORT_BIT = 1
-"""Contact type of table and walls, with which the arm's collision shapes are compatible."""
+"""Contact type of table and walls, chosen; the arm's collision shapes are compatible with it."""
+
 SOLVER_ITERATIONS = 30
-"""Of CG, at most; each step starts from the solution of the one before."""
+"""Most iterations of CG in a step [-], chosen; each step starts from the solution of the step before."""
+
 COLLISION_TOLERANCE = 1e-10
-"""Of libccd [m], which finds the contacts of ellipsoids; at MuJoCo's 1e-6 it misses the shallowest. MuJoCo's own search
-(4.0) stops at a wrong face about once in a thousand shallow contacts of two ellipsoids: apples that overlap by 0.01 mm
-are then reported, and thrown apart, as if by 14. What is done about cylinders says `Stepper`."""
+"""Tolerance of libccd [m], which finds the contacts of ellipsoids; at MuJoCo's 1e-6 it misses the shallowest. MuJoCo's
+own search (4.0) stops at a wrong face about once in a thousand shallow contacts of two ellipsoids. It reports 14 mm for
+apples that overlap by 0.01 mm, and throws them apart. `Stepper` handles cylinders."""
+
 FRICTION_RATIO = 3.0
-"""How much harder a contact's friction is than its normal direction: MuJoCo's `impratio`."""
+"""Ratio of a contact's impedance in friction to that along its normal [-], MuJoCo's `impratio`; chosen."""
+
 SLOPE_FRICTION_RATIO = 10.0
-"""The same on a slope, where a heap leans on its friction and flows as far as that yields; see also `SLIP_TIME`. At 30
-the solver's iterations no longer suffice, and what they leave undone keeps apples and heavy spheres awake."""
+"""The same ratio on a slope [-], chosen. There a heap leans on its friction and flows as the friction yields; see also
+`SLIP_TIME`. At 30 the solver's iterations do not suffice, and the remaining error keeps apples and heavy spheres
+awake."""
+
 SLEEP_TOLERANCE = 5e-3
-"""An island whose generalised velocities, scaled by length, stay below this [m/s] falls asleep."""
+"""Generalised velocity, scaled by length, below which an island falls asleep [m/s]; chosen."""
+
 SLOPE_SLEEP_TOLERANCE = 5e-4
-"""The same on a slope [m/s]. Sleep comes after ten steps; at the larger tolerance a ball that has bounced off the low
-wall would fall asleep where it turns round, and hang there."""
+"""The same velocity on a slope [m/s], chosen. Bodies sleep after ten slow steps; at the larger tolerance a ball
+that has bounced off the low wall would fall asleep at its turning point, and hang there."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +59,11 @@ class Scene:
     """A compiled scene and the addresses in it.
 
     Attributes:
-        model: the MuJoCo model.
-        arm_dofs: number of arm joints; they come first in qpos, qvel and ctrl.
-        objects: body ids of the objects.
-        hand_bodies: body ids of sensor and hand.
-        object_qpos: first qpos address of the objects' free joints, which follow one another.
+        model: MuJoCo model.
+        arm_dofs: Number of arm joints; they come first in qpos, qvel and ctrl.
+        objects: Body ids of the objects.
+        hand_bodies: Body ids of sensor and hand.
+        object_qpos: First qpos address of the objects' free joints, which follow one another.
     """
 
     model: mujoco.MjModel
@@ -60,27 +74,27 @@ class Scene:
 
 
 def new_spec(timestep: float, file: str | None = None) -> mujoco.MjSpec:
-    """Return a spec, empty or read from `file`, with the numerics that all our models share."""
+    """Return a spec, empty or read from `file`, with the numerics that all models share."""
     spec = mujoco.MjSpec.from_file(file) if file else mujoco.MjSpec()
     spec.compiler.degree = False
     option = spec.option
     option.timestep = timestep
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    # Newton stalls now and then on a light finger between two balls, and a stalled step throws both away.
+    # Newton sometimes stalls on a light finger between two balls, and a stalled step throws both away.
     option.solver = mujoco.mjtSolver.mjSOL_CG
     option.iterations = SOLVER_ITERATIONS
     option.impratio = FRICTION_RATIO
     # A state that is not finite must reach the watchdog; MuJoCo would start again from time zero.
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    # A pile at rest costs nothing while the arm is still in the air; whatever touches it wakes it.
+    # A sleeping pile costs nothing while the arm is in the air; a touch wakes it.
     option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
     option.sleep_tolerance = SLEEP_TOLERANCE
     return spec
 
 
 def add_support(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
-    """Add table and walls, and the gravity that goes with their tilt; return the names of their geoms."""
+    """Add table and walls, and the gravity of their tilt; return the names of their geoms."""
     spec.option.gravity = layout.gravity
     if layout.tilt != 0.0:
         spec.option.sleep_tolerance = SLOPE_SLEEP_TOLERANCE
@@ -88,7 +102,7 @@ def add_support(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
     spec.worldbody.add_geom(
         name="table",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
-        pos=[WALL_DISTANCE - 0.15, 0.0, 0.0],
+        pos=[WALL_DISTANCE - TABLE_MARGIN, 0.0, 0.0],
         size=[*TABLE_HALF_SIZE, 0.05],
         rgba=WOOD,
         contype=SUPPORT_BIT,
@@ -108,51 +122,52 @@ def add_support(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
     return ["table", *(wall.name for wall in layout.walls)]
 
 
-def add_objects(spec: mujoco.MjSpec, kind: Objects, count: int, supports: list[str], rule: Rule) -> list[str]:
+def add_objects(spec: mujoco.MjSpec, objects: Objects, count: int, supports: list[str], rule: Rule) -> list[str]:
     """Add `count` objects, their nets, and the pairs among them and with the supports; return their geoms' names."""
-    kinds = kind.share_out(count)
-    shapes = {each.shape for each in kinds}
-    if "ellipsoid" in shapes:
+    models = objects.assign_models(count)
+    if any(each.shape == "ellipsoid" for each in models):
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_NATIVECCD
         spec.option.ccd_tolerance = COLLISION_TOLERANCE
-    for index, each in enumerate(kinds):
+    for index, each in enumerate(models):
         hue = (0.11 + 0.61803399 * index) % 1.0
         each.add_to(spec, index, (*colorsys.hsv_to_rgb(hue, 0.62, 0.92), 1.0))
     names = [f"object_{index}" for index in range(count)]
-    for (first, one), (second, other) in combinations(zip(names, kinds, strict=True), 2):
-        add_pair(spec, first, second, contact(spec, one.surface, other.surface, rule))
-    for name, each in zip(names, kinds, strict=True):
+    for (first, one), (second, other) in combinations(zip(names, models, strict=True), 2):
+        add_pair(spec, first, second, contact_parameters(spec, one.surface, other.surface, rule))
+    for name, each in zip(names, models, strict=True):
         for support in supports:
-            add_pair(spec, name, support, contact(spec, each.surface, SUPPORT, rule))
-    if kind.net is not None:
-        for first_member in range(0, count, kind.net.members):
-            members = names[first_member : first_member + kind.net.members]
-            kind.net.add_to(spec, f"net_{first_member // kind.net.members}", members)
+            add_pair(spec, name, support, contact_parameters(spec, each.surface, SUPPORT, rule))
+    if objects.net is not None:
+        for first_member in range(0, count, objects.net.members):
+            members = names[first_member : first_member + objects.net.members]
+            objects.net.add_to(spec, f"net_{first_member // objects.net.members}", members)
     return names
 
 
-def contact(spec: mujoco.MjSpec, first: Surface, second: Surface, rule: Rule) -> PairParameters:
+def contact_parameters(spec: mujoco.MjSpec, first: Surface, second: Surface, rule: Rule) -> PairParameters:
     """Return the parameters of the contact of two surfaces at the step and under the gravity of `spec`."""
     slope = bool(np.any(spec.option.gravity[:2]))
     return pair_parameters(combine(first, second, rule), spec.option.timestep, slope)
 
 
-def furnish(spec: mujoco.MjSpec, hand: Hand, kind: Objects, count: int, layout: Layout, rule: Rule) -> list[str]:
-    """Add support and objects to a spec that holds the hand, and all their pairs; return the objects' names."""
+def add_surroundings(
+    spec: mujoco.MjSpec, hand: Hand, objects: Objects, count: int, layout: Layout, rule: Rule
+) -> list[str]:
+    """Add support, objects and all contact pairs to a spec that holds the hand; return the objects' names."""
     supports = add_support(spec, layout)
-    objects = add_objects(spec, kind, count, supports, rule)
-    kinds = kind.share_out(count)
-    on_support = contact(spec, hand.surface, SUPPORT, rule)
+    names = add_objects(spec, objects, count, supports, rule)
+    models = objects.assign_models(count)
+    on_support = contact_parameters(spec, hand.surface, SUPPORT, rule)
     for finger in hand.contact_geoms:
         for support in supports:
             add_pair(spec, finger, support, on_support, condim=3)
-        for name, each in zip(objects, kinds, strict=True):
-            add_pair(spec, finger, name, contact(spec, hand.surface, each.surface, rule))
-    return objects
+        for name, each in zip(names, models, strict=True):
+            add_pair(spec, finger, name, contact_parameters(spec, hand.surface, each.surface, rule))
+    return names
 
 
-def build_scene(scenario: Scenario, hand: Hand, kind: Objects, layout: Layout) -> Scene:
-    """Compile the scene of an attempt; the arm is the first tree, the hand the second part of it, then the objects."""
+def build_scene(scenario: Scenario, hand: Hand, objects: Objects, layout: Layout) -> Scene:
+    """Compile the scene of an attempt: first the arm, which carries the hand, then the objects."""
     spec = new_spec(scenario.sim.timestep, str(path(scenario.robot, f"{scenario.robot}.xml")))
     arm_joints = len(spec.joints)
     base = spec.body("base_link")
@@ -160,21 +175,21 @@ def build_scene(scenario: Scenario, hand: Hand, kind: Objects, layout: Layout) -
     base.pos = pose.translation
     mujoco.mju_mat2Quat(base.quat, pose.rotation.ravel())
     hand.add_to(spec, spec.site("flange"))
-    # Pairs leave out the arm's own links; whatever they hit collides by MuJoCo's defaults.
+    # The arm's own links have no explicit pairs; their contacts have MuJoCo's defaults.
     for geom in spec.geoms:
         geom.contype |= OBJECT_BIT if geom.contype else 0
-    # The contact plane has no edge; where the table ends, these links reach below its height.
+    # The collision plane has no edge, and these links reach below its height beside the table.
     for link in ("base_link", "link1", "link2", "link3"):
         spec.add_exclude(bodyname1="world", bodyname2=link)
-    objects = furnish(spec, hand, kind, scenario.pile.count, layout, scenario.sim.contact_rule)
+    names = add_surroundings(spec, hand, objects, scenario.pile.count, layout, scenario.sim.contact_rule)
     model = spec.compile()
     hand_bodies = tuple(i for i in range(model.nbody) if _is_below(model, i, model.body("sensor").id))
     return Scene(
         model=model,
         arm_dofs=arm_joints,
-        objects=tuple(model.body(name).id for name in objects),
+        objects=tuple(model.body(name).id for name in names),
         hand_bodies=hand_bodies,
-        object_qpos=model.nq - 7 * len(objects),
+        object_qpos=model.nq - 7 * len(names),
     )
 
 

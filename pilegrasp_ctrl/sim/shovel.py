@@ -8,14 +8,18 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from .hand_parts import DARK, add_sensor, frame_quaternion
+from .hand_parts import DARK, add_wrist_sensor, frame_quaternion
 
 PLASTIC = (0.20, 0.42, 0.62, 1.0)
+"""Colour of the shovel (rgba)."""
+
+BRACKET_RADIUS = 0.012
+"""Radius of the strut that carries the shovel [m], chosen; it is drawn only."""
 
 
 def add_shovel(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> None:
-    """Add sensor and shovel to the body `root`, which lies in the flange's frame, from its `robot.toml`."""
-    add_sensor(spec, root, parameters["sensor"])
+    """Add sensor and shovel to the body `root` in the flange's frame, by the numbers of `robot.toml`."""
+    add_wrist_sensor(spec, root, parameters["sensor"])
     scoop, hand = parameters["scoop"], parameters["hand"]
     angle = math.radians(hand["finger_angle_deg"])
     along = np.array([-math.sin(angle), 0.0, math.cos(angle)])
@@ -24,7 +28,7 @@ def add_shovel(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> No
     length, width, half = scoop["length"], scoop["width"], scoop["thickness"] / 2.0
     wall, back = scoop["wall_height"] / 2.0, scoop["back_height"] / 2.0
     side = scoop["wall_length"] / 2.0
-    # In the tool frame: the leading edge is the y axis, the floor lies behind it with its underside through the origin.
+    # In the tool frame the leading edge is the y axis; the floor lies behind it, with its underside at the origin.
     boxes = {
         "floor": ([-length / 2.0, 0.0, half], [length / 2.0, width / 2.0, half]),
         "left": ([side - length, width / 2.0 - half, wall], [side, half, wall]),
@@ -47,12 +51,12 @@ def add_shovel(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> No
 
 
 def _add_bracket(root: Any, parameters: dict[str, Any], back_center: np.ndarray) -> None:
-    """Add the strut from the sensor to the back wall; it is drawn, and never in reach of an object."""
+    """Add the strut from the sensor to the back wall; it is drawn only, because no object can reach it."""
     root.add_geom(
         name="bracket",
         type=mujoco.mjtGeom.mjGEOM_CAPSULE,
         fromto=[0.0, 0.0, parameters["sensor"]["top"], *back_center],
-        size=[0.012, 0.0, 0.0],
+        size=[BRACKET_RADIUS, 0.0, 0.0],
         mass=0.0,
         rgba=DARK,
         contype=0,

@@ -11,18 +11,27 @@ from ..robots import description, path
 from ..types import Array, Pose
 
 POSITION_TOLERANCE = 1e-4
+"""Largest distance of the tool from its pose [m], chosen."""
+
 ORIENTATION_TOLERANCE = 1e-3
+"""Largest rotation of the tool from its pose [rad], chosen."""
+
 MARGIN = 0.05
-"""The start posture keeps this distance from the joint limits [rad]."""
+"""Distance of the start posture from the joint limits [rad], chosen."""
+
 STEP = 0.1
+"""Time step of an iteration of the search [s], chosen."""
+
 ITERATIONS = 300
+"""Most iterations from one first posture [-], chosen."""
+
 SETTLED = 1e-6
-"""The search holds on to its first posture until no joint moves by more than this in an iteration [rad]; then the tool
-alone counts."""
+"""Largest motion of a joint in an iteration at which the first posture is dropped from the tasks [rad], chosen; from
+then on the tool alone counts."""
 
 
 class StartPosture:
-    """Solves for the arm alone: the bare arm's model with a site at the tool frame."""
+    """Searches joint angles for tool poses, with a model of the bare arm and a site at the tool frame."""
 
     def __init__(self, robot: str, transform_tool_to_flange: Pose, transform_base_to_world: Pose) -> None:
         spec = mujoco.MjSpec.from_file(str(path(robot, f"{robot}.xml")))
@@ -43,18 +52,18 @@ class StartPosture:
     def solve(self, pose: Pose, start: Array | None = None) -> Array:
         """Return joint angles (nv,) [rad] that put the tool frame at `pose` in the world.
 
-        Tries `start` where given, then the robot's own search postures.
+        The search begins at `start`, if given, then at each of the robot's search postures.
 
         Raises:
-            UnreachablePoseError: where none leads there within the joint limits.
+            UnreachablePoseError: No search reaches the pose within the joint limits.
         """
         return self._solve(pose, ([start] if start is not None else []) + self._postures)
 
     def solve_near(self, pose: Pose, start: Array) -> Array:
-        """Return joint angles (nv,) [rad] for `pose` that lie next to `start`: where a straight way from there ends.
+        """Return joint angles (nv,) [rad] for `pose` next to `start`, as at the end of a straight motion from there.
 
         Raises:
-            UnreachablePoseError: as `solve`.
+            UnreachablePoseError: The search from `start` does not reach the pose within the joint limits.
         """
         return self._solve(pose, [start])
 

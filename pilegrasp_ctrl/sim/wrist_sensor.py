@@ -1,4 +1,4 @@
-"""The force/torque sensor at the wrist: its calibrations, and what it reads."""
+"""The force/torque sensor at the wrist: its calibrations, its faults and its reading."""
 
 from __future__ import annotations
 
@@ -12,16 +12,22 @@ from ..sections import SensorConfig
 from ..types import Array, MassProperties
 
 CHANNELS = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
+"""Names of the channels."""
+
 UNITS = ("N", "N", "N", "N·m", "N·m", "N·m")
+"""Units of the channels."""
+
+NOISE_BLOCK = 512
+"""Readings whose faults are drawn at once [-], chosen; single draws would be much slower."""
 
 
 class SensorCalibration(NamedTuple):
-    """One of the vendor's calibrations; channels are Fx, Fy, Fz, Tx, Ty, Tz in sensor axes.
+    """A calibration of the ATI Gamma; channels are Fx, Fy, Fz, Tx, Ty, Tz in sensor axes.
 
     Attributes:
-        name: the vendor's, which states the ranges of Fx and of the torques.
-        range: (6,) largest load that a channel shows, either way [N, N·m].
-        resolution: (6,) step of a channel [N, N·m].
+        name: Name by the vendor, which states the ranges of Fx and of the torques.
+        range: Largest load (6,) that a channel shows, either way [N, N·m].
+        resolution: Step (6,) of a channel [N, N·m].
     """
 
     name: str
@@ -29,23 +35,23 @@ class SensorCalibration(NamedTuple):
     resolution: Array
 
     def limits(self) -> Array:
-        """Return (6,) the range in steps of the resolution."""
+        """Return the range (6,) in steps of the resolution."""
         return self.range / self.resolution
 
-    def beyond(self, steps: Array) -> str:
-        """Return a text that names the first channel at its range, or "" where none is.
+    def find_saturated(self, steps: Array) -> str | None:
+        """Return a text that names the first channel at its range, or None.
 
         Args:
-            steps: (6,) what the channels would show, in steps of the resolution.
+            steps: Unlimited readings (6,), in steps of the resolution.
         """
         for channel, unit, step, limit, end in zip(CHANNELS, UNITS, steps, self.limits(), self.range, strict=True):
             if abs(step) >= limit:
                 return f"{channel} beyond {end:g} {unit} of {self.name}"
-        return ""
+        return None
 
 
 def _calibration(name: str, ends: tuple[float, float, float], steps: tuple[float, float, float]) -> SensorCalibration:
-    """Return a calibration of ranges [N, N, N·m] and steps in one unit, each of Fx and Fy, of Fz and of the torques."""
+    """Return a calibration from ranges [N, N, N·m] and steps per unit, each for Fx and Fy, Fz, and the torques."""
     channels = [0, 0, 1, 2, 2, 2]
     values, resolution = np.array(ends)[channels], 1.0 / np.array(steps)[channels]
     for array in (values, resolution):
@@ -61,25 +67,22 @@ CALIBRATIONS = {
         _calibration("SI-130-10", (130.0, 400.0, 10.0), (40.0, 20.0, 800.0)),
     )
 }
-"""By name, after ATI Industrial Automation's tables; `docs/sensor.md` says what was compared with what."""
-
-
-NOISE_BLOCK = 512
-MINUTE = 60.0
+"""Calibrations by name, after ATI Industrial Automation's tables; `docs/sensor.md` states how they were checked."""
 
 
 class WristSensor:
-    """Reads what the environment does to the hand, at the flange's origin, in world axes, linear part first.
+    """Reads the wrench of the environment on the hand, at the flange's origin, in world axes, linear part first.
 
-    MuJoCo's sensors give what the flange does to the tool. At rest that balances the environment's wrench and the
-    tool's weight; the weight of the nominal tool is taken off, its inertial force is not (0.2 N at 0.5 m/s²).
+    MuJoCo's sensors give the wrench of the flange on the tool. At rest that balances the environment's wrench and the
+    tool's weight. The weight of the nominal tool is removed, its inertial force is not (0.2 N at 0.5 m/s²).
 
-    The order is that of the instrument: the load about the centre of the sensor's tool side, in sensor axes, tool
-    weight included; offset, drift and noise; range and steps of the calibration; then, in software, the tool's weight,
-    the tare, the change to world axes and the low-pass. `docs/sensor.md` gives the source of every number.
+    The steps follow the instrument. It measures the load about the centre of the sensor's tool side, in sensor axes,
+    tool weight included; offset, drift and noise are added, then the calibration's range and steps. Software then
+    removes the tool's weight and the tare, changes to world axes, and applies the low-pass. `docs/sensor.md` gives the
+    source of every number.
 
     Attributes:
-        saturated: names the first channel that has been at its range since the last tare, or "".
+        saturated: Text that names the first channel at its range since the last tare, or None.
     """
 
     def __init__(
@@ -94,12 +97,13 @@ class WristSensor:
         """Draw the offset and the drift of this attempt.
 
         Args:
-            model: with the sensor's housing, site and MuJoCo sensors, as `Hand.add_to` makes them.
-            tool: the nominal mass of everything beyond the flange.
-            config: which calibration, and its faults.
-            period: of the control; `read` is called once in it [s].
-            seed: of offset, drift and noise.
-            axes: (3, 3) from the scene's axes to those that the arm takes for the world's; the same where absent.
+            model: MuJoCo model with the sensor's housing, site and MuJoCo sensors, as `Hand.add_to` makes them.
+            tool: Nominal mass properties of everything beyond the flange.
+            config: Calibration and faults.
+            period: Control period, in which `read` is called once [s].
+            seed: Seed of offset, drift and noise.
+            axes: Rotation (3, 3) from the scene's axes to those that the arm takes for the world's; the identity if
+                None.
         """
         first = int(model.sensor("wrist_force").adr[0])
         self._channels = slice(first, first + 6)
@@ -110,10 +114,10 @@ class WristSensor:
         shift = np.eye(6)
         housing = model.geom("sensor")
         shift[3:, :3] = _cross(np.array([0.0, 0.0, housing.pos[2] + housing.size[1]]))
-        # The minus is the change from what the flange does to what is done to it.
+        # The minus turns the wrench of the flange on the tool into that on the flange.
         self._to_steps = -np.linalg.inv(shift) / self._calibration.resolution[:, None]
         self._from_steps = shift * self._calibration.resolution
-        # What takes the tool's weight off, as a linear map of the vertical in sensor axes.
+        # Correction of the tool's weight, as a linear map of the vertical in sensor axes.
         mass = tool.mass * (1.0 + config.tool_mass_error)
         gravity = np.linalg.norm(model.opt.gravity)
         self._axes = np.eye(3) if axes is None else axes
@@ -121,15 +125,15 @@ class WristSensor:
         self._lift = gravity * mass * np.vstack((np.eye(3), _cross(tool.center_of_mass)))
         self._sigma = np.repeat(np.array([config.force_noise, config.torque_noise], dtype=float), 3)
         self._rng = np.random.default_rng([seed, 0x5E])
-        # A stream of its own: another kind of fault would not change the noise of a seed.
+        # A separate stream, so that the faults do not change the noise of a seed.
         faults = np.random.default_rng([seed, 0xB1]).uniform(-1.0, 1.0, (2, 6)) * self._calibration.range
-        self._offset, self._rate = config.bias * faults[0], config.drift * faults[1] / MINUTE
+        self._offset, self._rate = config.bias * faults[0], config.drift * faults[1] / 60.0
         self._period, self._time = period, 0.0
         self._blend = 1.0 - math.exp(-2.0 * math.pi * config.cutoff * period)
         self._zero = np.zeros(6)
         self._filtered: Array | None = None
         self._block, self._used = np.zeros((0, 6)), 0
-        self.saturated = ""
+        self.saturated: str | None = None
 
     def sample(self, data: mujoco.MjData) -> None:
         """Take one sample; call it after every physics step."""
@@ -139,8 +143,8 @@ class WristSensor:
     def read(self, data: mujoco.MjData) -> Array:
         """Average the samples since the last call, measure, compensate and filter; call it once a control period.
 
-        The average is what keeps a contact that chatters from step to step from being read at its crests only. A
-        channel at its range stays there, and `saturated` says so until the next tare.
+        Without the average, a contact that chatters from step to step might be read at its crests only. A channel at
+        its range stays there, and `saturated` names it until the next tare.
 
         Returns:
             The wrench (6,) [N, N·m].
@@ -175,27 +179,27 @@ class WristSensor:
     def tare(self, data: mujoco.MjData) -> None:
         """Make the present reading the zero; call it at rest, when nothing touches the hand.
 
-        The zero is kept in sensor axes, where the offset is constant, so that the hand may turn afterwards. What the
-        low-pass holds is the zero, not one noisy sample.
+        The zero is kept in sensor axes, where the offset is constant, so that the hand may turn afterwards. It is the
+        value of the low-pass, not one noisy sample.
         """
         held = self.read(data) if self._filtered is None else self._filtered
         rotation = self._rotation(data)
         self._zero += held.reshape(2, 3).dot(rotation).reshape(6)
         self._filtered = np.zeros(6)
-        self.saturated = ""
+        self.saturated = None
 
     def _rotation(self, data: mujoco.MjData) -> Array:
-        """Return the sensor's rotation (3, 3) as encoders and base tell it."""
+        """Return the sensor's rotation (3, 3) by encoders and base."""
         return self._axes.dot(data.site_xmat[self._site].reshape(3, 3))
 
     def _saturate(self, steps: Array) -> None:
-        """Hold the channels at their ranges, in place, and say which; a value that is not finite is not one of them."""
-        self.saturated = self.saturated or self._calibration.beyond(steps)
+        """Limit the channels to their ranges, in place, and note the first that is there; NaN is not noted."""
+        self.saturated = self.saturated or self._calibration.find_saturated(steps)
         limits = self._calibration.limits()
         np.clip(steps, -limits, limits, out=steps)
 
     def _faults(self) -> Array:
-        """Return offset, drift and noise of the next reading, in steps; in blocks, which is much faster."""
+        """Return offset, drift and noise of the next reading, in steps."""
         if self._used == len(self._block):
             times = self._time + self._period * np.arange(NOISE_BLOCK)
             noise = self._sigma * self._rng.standard_normal((NOISE_BLOCK, 6))

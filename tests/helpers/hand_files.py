@@ -20,7 +20,7 @@ def mjcf(hand: Hand) -> str:
 
     Nothing in it collides: a scene adds the contact pairs that it needs.
     """
-    spec = hand.alone()
+    spec = hand.standalone_spec()
     spec.modelname = hand.name
     spec.compile()
     return f"<!-- Made from robot.toml by `make hands`; a change here is lost. -->\n{spec.to_xml().strip()}\n"

@@ -135,7 +135,7 @@ def placed(attempt, part, target):
     data.qpos[:7] = search.solve(plan.start.moved(way), start)
     mujoco.mj_forward(simulation.scene.model, data)
     data.time += 1.0
-    return attempt.rims.collision(data)
+    return attempt.rims.find_collision(data)
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +147,7 @@ def attempt():
 def test_fingers_may_lean_on_a_wall_but_not_on_its_rim(attempt):
     model = attempt.simulation.scene.model
     tip = int(model.body("middle_4").geomadr[0])
-    assert placed(attempt, tip, [0.995, 0.0, 0.05]) == ""
+    assert placed(attempt, tip, [0.995, 0.0, 0.05]) is None
     assert attempt.simulation.data.ncon > 0
     verdict = placed(attempt, tip, [0.995, 0.0, 0.155])
     assert verdict.startswith("collision with the bin's rim: ")
@@ -166,7 +166,7 @@ def test_objects_on_a_wall_are_no_collision():
     names = {frozenset(pair) for pair in data.contact.geom.tolist()}
     assert any(attempt.simulation.scene.model.geom("bin_far").id in pair for pair in names)
     data.time = 1.0
-    assert attempt.rims.collision(data) == ""
+    assert attempt.rims.find_collision(data) is None
 
 
 def test_an_arm_that_hits_the_rim_ends_its_primitive():

@@ -13,7 +13,7 @@ FINGERS = ("pinky", "ring", "middle", "index")
 @pytest.fixture(scope="module")
 def soft():
     hand = Hand.load("rbo_hand2")
-    model = hand.alone().compile()
+    model = hand.standalone_spec().compile()
     model.opt.gravity[:] = 0.0
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     model.opt.timestep = 1e-3
@@ -55,7 +55,7 @@ def test_mass_properties_are_those_of_the_compiled_model(name, sensor, total):
     moments = np.linalg.eigvalsh(properties.inertia)
     assert moments[0] > 0.0
     assert moments[2] < moments[0] + moments[1]
-    model = hand.alone().compile()
+    model = hand.standalone_spec().compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     np.testing.assert_allclose(properties.center_of_mass, data.subtree_com[model.body("sensor").id], atol=1e-9)
@@ -110,7 +110,7 @@ def test_closure_bends_every_joint_alike_with_the_stated_time_constant(soft):
 
 def test_the_shovel_is_as_wide_as_the_hand_and_rigid():
     hand = Hand.load("shovel")
-    model = hand.alone().compile()
+    model = hand.standalone_spec().compile()
     assert model.nv == 0
     floor = model.geom("scoop_floor")
     assert 2.0 * floor.size[1] == pytest.approx(0.12)

@@ -45,13 +45,15 @@ def element_names(model):
 class FromFile(Hand):
     """A hand whose bodies are read from its MJCF."""
 
-    def alone(self):
+    def standalone_spec(self):
         return mujoco.MjSpec.from_file(str(file(self.name)))
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_mjcf_is_what_robot_toml_gives(name):
-    assert differences(mujoco.MjModel.from_xml_path(str(file(name))), Hand.load(name).alone().compile()) == [], AGAIN
+    assert (
+        differences(mujoco.MjModel.from_xml_path(str(file(name))), Hand.load(name).standalone_spec().compile()) == []
+    ), AGAIN
 
 
 @pytest.mark.parametrize(
@@ -72,7 +74,7 @@ def test_a_changed_parameter_is_found(name, table, key, field):
     parameters = copy.deepcopy(hand.parameters)
     parameters[table][key] *= 1.02
     changed = replace(hand, parameters=parameters)
-    assert field in differences(mujoco.MjModel.from_xml_path(str(file(name))), changed.alone().compile())
+    assert field in differences(mujoco.MjModel.from_xml_path(str(file(name))), changed.standalone_spec().compile())
     assert hand_files.with_values(readme(name), parameters) != readme(name)
 
 
@@ -124,7 +126,7 @@ def test_both_files_are_written_from_robot_toml(tmp_path, monkeypatch):
     monkeypatch.setattr(hand_files, "path", lambda _, *parts: tmp_path.joinpath(*parts))
     for name in NAMES:
         model, text = hand_files.write(name)
-        assert differences(mujoco.MjModel.from_xml_path(str(model)), Hand.load(name).alone().compile()) == []
+        assert differences(mujoco.MjModel.from_xml_path(str(model)), Hand.load(name).standalone_spec().compile()) == []
         assert (
             text.read_text(encoding="utf-8") == f"| `use.heel` | {Hand.load(name).parameters['use']['heel']:g} | m |\n"
         )

@@ -272,7 +272,7 @@ FLAT = [(0, 0, 0), (40, 0, 0), (0, 40, 0), (40, 40, 0)]
             r"text.stl: cannot be used as a mesh, which must be a body with a volume in binary STL or OBJ",
         ),
         ("brick.ply", {}, r"brick.ply: a mesh must be one of .stl, .obj"),
-        ("brick.obj", {"unit": "m"}, r"the mesh measures 30 to 60 m across, .* look at unit and scale"),
+        ("brick.obj", {"unit": "m"}, r"the mesh measures 30 to 60 m across, .* check unit and scale"),
         ("brick.obj", {"unit": "foot"}, r"unit = 'foot' must be one of 'm', 'cm', 'mm', 'in'"),
         ("brick.obj", {"scale": 0.0}, r"scale = 0.0 must be a number from 0.0001 to 10000"),
     ],
@@ -420,7 +420,7 @@ def test_a_mix_of_files_counts_in_the_hash_with_their_content(tmp_path):
     (tmp_path / "mix.toml").write_text('[pile]\nobject = "pea.toml+cube"\n')
     mixed = load_scenario(tmp_path / "mix.toml")
     before = mixed.config_hash()
-    assert [each.name for each in objects_of(mixed.pile).kinds] == ["pea", "cube"]
+    assert [each.name for each in objects_of(mixed.pile).object_models] == ["pea", "cube"]
     (tmp_path / "pea.toml").write_text('shape = "sphere"\nradius = 0.02\nmass = 0.03\n')
     assert mixed.config_hash() != before
 

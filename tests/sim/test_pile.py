@@ -13,6 +13,7 @@ from pilegrasp_ctrl.planning.layout import WALL_DISTANCE, frame_size, make_layou
 from pilegrasp_ctrl.sections import PileConfig, SupportConfig
 from pilegrasp_ctrl.sim import pile
 from pilegrasp_ctrl.sim.backend import Stepper
+from pilegrasp_ctrl.sim.drop import pile_model
 from pilegrasp_ctrl.sim.objects import OBJECT_MODELS, object_model, objects_of
 from pilegrasp_ctrl.sim.pile import settle_pile
 
@@ -136,7 +137,7 @@ def test_no_contact_comes_out_of_nowhere(name, monkeypatch):
         def step(self):
             super().step()
             now: dict[tuple[int, int], float] = {}
-            contact = self._data.contact
+            contact = self.data.contact
             for pair, distance in zip(map(tuple, contact.geom.tolist()), contact.dist, strict=True):
                 now[pair] = min(distance, now.get(pair, 0.0))
             jumps.extend(pair for pair, depth in now.items() if depth - before.get(pair, 0.0) < -0.006)
@@ -152,7 +153,7 @@ def test_no_contact_comes_out_of_nowhere(name, monkeypatch):
 
 def test_what_balances_is_awakened_until_it_stays():
     kind, layout, poses = settled("cube", count=14)
-    model = pile.pile_model(kind, 14, layout, "paper", 1e-3)
+    model = pile_model(kind, 14, layout, "paper", 1e-3)
     data = mujoco.MjData(model)
     data.qpos[:], data.mocap_pos[0, 2] = poses.ravel(), 1.0
     for _ in range(1000):
@@ -161,8 +162,8 @@ def test_what_balances_is_awakened_until_it_stays():
 
 
 def test_a_pile_that_never_stays_is_said(monkeypatch):
-    monkeypatch.setattr(pile, "STAYS", 0.0)
-    with pytest.raises(PileError, match="did not stay where it had, in any of 6 falls"):
+    monkeypatch.setattr(pile, "MAX_SETTLED_DISPLACEMENT", 0.0)
+    with pytest.raises(PileError, match="did not stay at rest, in any of 6 drops"):
         settled(count=3)
 
 
@@ -195,7 +196,7 @@ def test_a_pile_that_does_not_come_to_rest_is_dropped_anew():
 
 
 def test_what_creeps_on_has_not_come_to_rest(monkeypatch):
-    monkeypatch.setattr(pile, "DRIFTS", 0.0)
+    monkeypatch.setattr(pile, "MAX_DRIFT", 0.0)
     with pytest.raises(PileError, match="did not stay"):
         settled(count=3)
 
@@ -215,7 +216,7 @@ def test_a_heap_in_the_tilted_bin_stays_until_the_hand_comes(name, seed, within)
     kind = objects_of(config)
     layout = make_layout(SupportConfig(bin=True, tilt_deg=5.0), config, kind.diameter)
     poses = settle_pile(kind, config.count, layout, seed, "paper", 1e-3).poses
-    model = pile.pile_model(kind, config.count, layout, "paper", 1e-3)
+    model = pile_model(kind, config.count, layout, "paper", 1e-3)
     data = mujoco.MjData(model)
     data.qpos[:], data.mocap_pos[0, 2] = poses.ravel(), 1.0
     stepper = Stepper(model, data)
@@ -227,7 +228,7 @@ def test_a_heap_in_the_tilted_bin_stays_until_the_hand_comes(name, seed, within)
 def test_a_pile_that_does_not_stay_is_dropped_anew_and_each_fall_follows_from_the_seed(monkeypatch):
     falls = []
 
-    def unsteady(kind, count, layout, rng, rule, timestep):
+    def unsteady(objects, count, layout, rng, rule, timestep):
         falls.append(rng.random())
         return None if len(falls) % 3 else pile.Pile(np.full((count, 7), falls[-1]), 0.5)
 
@@ -271,7 +272,7 @@ def test_two_hundred_balls_hang_in_the_frame_and_settle():
 
 def test_a_mix_takes_turns_and_settles():
     mix, heap = dropped("light_sphere+light_sphere+cube", count=9)
-    assert [kind.name for kind in mix.share_out(4)] == ["light_sphere", "light_sphere", "cube", "light_sphere"]
+    assert [kind.name for kind in mix.assign_models(4)] == ["light_sphere", "light_sphere", "cube", "light_sphere"]
     assert heap.poses[:, 2].min() == pytest.approx(0.0225, abs=0.001)
     assert mix.diameter == OBJECT_MODELS["light_sphere"].diameter
     assert mix.bounding_radius == OBJECT_MODELS["cube"].bounding_radius
@@ -286,12 +287,12 @@ def test_nets_are_not_mixed():
 
 def test_an_object_outside_the_frame_is_said():
     layout = make_layout(SupportConfig(kind="corner"), PileConfig(count=2, frame_size=0.25), 0.054)
-    pile._stayed_inside(layout.frame_center + np.array([[0.17, 0.0], [0.0, 0.0]]), layout)
-    with pytest.raises(PileError, match="1 of the objects got out of the frame"):
-        pile._stayed_inside(layout.frame_center + np.array([[0.12, 0.12], [0.0, 0.0]]), layout)
+    pile._check_inside(layout.frame_center + np.array([[0.17, 0.0], [0.0, 0.0]]), layout)
+    with pytest.raises(PileError, match="1 of the objects left the frame"):
+        pile._check_inside(layout.frame_center + np.array([[0.12, 0.12], [0.0, 0.0]]), layout)
 
 
 def test_a_settled_pile_that_overlaps_is_refused(monkeypatch):
-    monkeypatch.setattr(pile, "MAX_PENETRATION", 1e-9)
+    monkeypatch.setattr(pile, "MAX_RESTING_PENETRATION", 1e-9)
     with pytest.raises(PileError, match=r"overlap by 0\.0 mm; take another seed"):
         settled(count=3)

@@ -62,7 +62,7 @@ def test_the_objects_come_last_and_in_order(built):
 def test_the_hand_is_what_hangs_below_the_flange(built):
     model, scene = built.scene.model, built.scene
     names = {model.body(body).name for body in scene.hand_bodies}
-    assert names == {body.name for body in built.hand.alone().bodies} - {"world"}
+    assert names == {body.name for body in built.hand.standalone_spec().bodies} - {"world"}
     mass = model.body_mass[list(scene.hand_bodies)].sum()
     assert mass == pytest.approx(built.hand.mass_properties().mass)
 

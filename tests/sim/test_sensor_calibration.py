@@ -107,7 +107,7 @@ def test_a_channel_beyond_its_range_is_flagged_and_held(name, channel, sign):
     slack = weight + 0.01 * end if channel < 3 else 0.2 * end
     below, above = (np.reshape(np.eye(6)[channel] * sign * load, (2, 3)) for load in (end - slack, end + slack))
     inside = bench.read(*below)
-    assert bench.sensor.saturated == ""
+    assert bench.sensor.saturated is None
     assert inside[channel] == pytest.approx(sign * (end - slack), abs=CALIBRATIONS[name].resolution[channel])
     held = bench.read(*above)
     unit = "N" if channel < 3 else "N·m"
@@ -123,7 +123,7 @@ def test_the_flag_stays_until_the_tare():
     assert bench.sensor.saturated == "Fx beyond 32 N of SI-32-2.5"
     bench.sensor.tare(bench.data)
     bench.read()
-    assert bench.sensor.saturated == ""
+    assert bench.sensor.saturated is None
 
 
 def test_the_tools_weight_takes_its_part_of_the_range():
@@ -133,7 +133,7 @@ def test_the_tools_weight_takes_its_part_of_the_range():
     up, down = (Bench(turned=LYING, calibration="SI-32-2.5") for _ in range(2))
     up.read((0.0, 0.0, push))
     down.read((0.0, 0.0, -push))
-    assert up.sensor.saturated == ""
+    assert up.sensor.saturated is None
     assert down.sensor.saturated == "Fx beyond 32 N of SI-32-2.5"
 
 

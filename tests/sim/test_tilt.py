@@ -170,7 +170,7 @@ def test_a_kilogram_that_hangs_from_the_hand_reads_along_gravity(hand_name):
 def test_the_piles_cache_knows_slope_and_bin():
     kind = object_model("light_sphere")
     layouts = [layout_of(*support, tilt=tilt) for support in SUPPORTS for tilt in (0.0, 5.0, 6.0)]
-    files = {PileCache(repr(kind), 18, repr(layout))._file for layout in layouts}
+    files = {PileCache(repr(kind), 18, repr(layout)).file for layout in layouts}
     assert len(files) == len(layouts)
     scenarios = [
         build_scenario({"support": {"bin": bin, "tilt_deg": tilt}}) for bin in (True, False) for tilt in (0, 5)

@@ -19,7 +19,7 @@ from pilegrasp_ctrl import cli
 from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.recording import Body, Recording, Shape
-from pilegrasp_ctrl.sim.readout import SMALLEST, ContactForces
+from pilegrasp_ctrl.sim.readout import MIN_FORCE, ContactForces
 from pilegrasp_ctrl.viewer import page, write
 from pilegrasp_ctrl.viewer.commands import commands, node_path, unpack
 from pilegrasp_ctrl.viewer.contact_block import contact_block
@@ -82,7 +82,7 @@ def test_the_contacts_of_a_simulation_carry_the_weight():
     by_pair = {tuple(pair): (f, p) for pair, f, p in zip(pairs.tolist(), force, position, strict=True)}
     # The hand comes before the object it lies on, and the object before the plane; 0.01 N is too little to show.
     assert by_pair.keys() == {(2, 1), (1, 0)}
-    assert SMALLEST > 0.001 * 9.81
+    assert MIN_FORCE > 0.001 * 9.81
     np.testing.assert_allclose(by_pair[2, 1][0], (0.0, 0.0, 0.1 * 9.81), atol=0.02)
     np.testing.assert_allclose(by_pair[1, 0][0], (0.0, 0.0, 0.3 * 9.81), atol=0.03)
     assert by_pair[2, 1][1][2] == pytest.approx(0.06, abs=2e-3)

@@ -14,7 +14,7 @@ from ...sections import PileConfig, SimulationConfig, SupportConfig
 from ...sim.contact import Rule
 from ...sim.hand import Hand
 from ...sim.object_model import ObjectModel
-from ...sim.scene import furnish, new_spec
+from ...sim.scene import add_surroundings, new_spec
 from ...types import Array, Pose
 
 SHIPPED_STEP, SHIPPED_RULE = SimulationConfig().timestep, SimulationConfig().contact_rule
@@ -64,7 +64,7 @@ class ContactRig:
         # A net would tie the two objects together.
         kind = replace(kind, net=None)
         layout = make_layout(SupportConfig(), PileConfig(count=2), kind.diameter)
-        furnish(spec, hand, kind, 2, layout, rule)
+        add_surroundings(spec, hand, kind, 2, layout, rule)
         spec.delete(spec.body("object_0").joints[0])
         spec.body("object_0").pos = FIXED_OBJECT
         # What sleeps would not notice that gravity turns.

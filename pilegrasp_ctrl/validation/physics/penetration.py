@@ -14,11 +14,11 @@ from ...planning.layout import WALL_DISTANCE, make_layout
 from ...programs.attempt import prepare
 from ...sections import PileConfig, SupportConfig
 from ...sim.backend import Stepper
-from ...sim.drop import FRAME_HEIGHT
+from ...sim.drop import FRAME_HEIGHT, pile_model
 from ...sim.hand import Hand
 from ...sim.monitors import MAX_PENETRATION
 from ...sim.objects import OBJECT_MODELS
-from ...sim.pile import pile_model, settle_pile
+from ...sim.pile import settle_pile
 from .contact_rig import SHIPPED_STEP, ContactRig
 from .physics_check import PhysicsCheck
 
