@@ -1,4 +1,4 @@
-"""Settled piles on disk: a file for each hash of everything that a pile depends on."""
+"""Settled piles on disk: one file for each hash of everything that a pile depends on."""
 
 from __future__ import annotations
 
