@@ -72,7 +72,7 @@ def _table(checks: Sequence[Check]) -> Table:
 
 
 def _physics_table(checks: Sequence[PhysicsCheck]) -> Table:
-    from ..validation.physics.table import HEADER, cells
+    from ..validation.physics.physics_check import HEADER, cells
 
     table = Table(box=None, pad_edge=False)
     for number, column in enumerate(HEADER):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import platform
-import shutil
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -13,16 +12,22 @@ from ..exceptions import ModelError, PilegraspError
 from ..provenance import ABSENT, VERSION, dependencies, version_of
 
 SOLVERS = ("daqp", "osqp")
-
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+"""Solvers that are given a test problem."""
 
 AGREEMENT = 1e-9
-"""Largest relative difference between the engines; the rounding of both together is below 1e-13."""
+"""Largest relative difference between the engines [-]; chosen, the rounding of both together is below 1e-13."""
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One line of the report; a check that is not `required` may be absent."""
+    """One line of the report.
+
+    Attributes:
+        name: What was checked.
+        ok: Whether the check passed.
+        detail: What was found.
+        required: Whether the library needs it.
+    """
 
     name: str
     ok: bool
@@ -35,7 +40,7 @@ class Check:
 
 
 def examine() -> list[Check]:
-    """Carry out every check; a check that raises has failed, and the others go on."""
+    """Run every check; a check that raises has failed, and the others go on."""
     return [
         Check("pilegrasp", True, f"{VERSION} on Python {platform.python_version()}, {platform.platform()}"),
         *(_check(name, partial(_version, name)) for name in dependencies()),
@@ -62,7 +67,7 @@ def _version(name: str) -> str:
 
 
 def _solver(name: str) -> str:
-    """Minimise (x - 2)² subject to x <= 1; the answer is 1."""
+    """Minimise (x - 2)² subject to x <= 1 and compare with the answer, 1."""
     import numpy as np
     from qpsolvers import solve_qp
     from scipy.sparse import csc_matrix
@@ -70,7 +75,7 @@ def _solver(name: str) -> str:
     one: Any = csc_matrix([[1.0]]) if name == "osqp" else np.eye(1)
     x = solve_qp(one, np.array([-2.0]), one, np.array([1.0]), solver=name)
     if x is None or abs(x[0] - 1.0) > 1e-2:
-        raise PilegraspError(f"answers {x} where 1 is right")
+        raise PilegraspError(f"answers {x} where 1 is right; install it again")
     return "solves a test problem"
 
 
@@ -107,8 +112,10 @@ def _engines() -> str:
 
 
 def _browser() -> Check:
-    found = next((place for name in BROWSERS if (place := shutil.which(name))), None)
-    detail = found or "no Chromium, which the tests of the pages want; the pages open in any browser"
+    from ..viewer.chromium import find_chromium
+
+    found = find_chromium()
+    detail = found or "no Chromium, which pictures and the tests of the pages need; pages open in any browser"
     return Check("browser", found is not None, detail, required=False)
 
 

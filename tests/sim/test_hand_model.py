@@ -12,7 +12,7 @@ from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.sections import HandModelConfig
 from pilegrasp_ctrl.sim.hand import REPLACED, SCALED, Hand
 from pilegrasp_ctrl.sim.objects import objects_of
-from pilegrasp_ctrl.validation.hand import finger_measurements as finger
+from pilegrasp_ctrl.validation.hand import hand_bench
 from pilegrasp_ctrl.validation.hand.hand_bench import HandBench
 
 RIGID = ("friction", "restitution", "sensor_mass")
@@ -87,9 +87,9 @@ def benches():
 
 def test_inflation_stiffens_and_leaves_the_closed_hands_shape(benches):
     plain, stiffened = benches
-    assert finger.free_bend(stiffened) == pytest.approx(finger.free_bend(plain), abs=1e-3)
-    assert finger.stiffness(stiffened) == pytest.approx(finger.stiffness(plain), rel=1e-6)
-    assert finger.stiffness(stiffened, 1.0) > 1.5 * finger.stiffness(plain, 1.0)
+    assert hand_bench.free_bend(stiffened) == pytest.approx(hand_bench.free_bend(plain), abs=1e-3)
+    assert hand_bench.stiffness(stiffened) == pytest.approx(hand_bench.stiffness(plain), rel=1e-6)
+    assert hand_bench.stiffness(stiffened, 1.0) > 1.5 * hand_bench.stiffness(plain, 1.0)
 
 
 def test_inflation_stiffness_is_that_share_of_the_springs(benches):
@@ -98,7 +98,7 @@ def test_inflation_stiffness_is_that_share_of_the_springs(benches):
     numbers = bench.hand.parameters["pneumatics"]
     closure, share = 0.5, numbers["inflation_stiffness"]
     free = closure * numbers["closing_moment"] * (1.0 + share) / (1.0 + closure * share) / numbers["bending_stiffness"]
-    assert finger.free_bend(bench, closure) == pytest.approx(4.0 * free, rel=1e-3)
+    assert hand_bench.free_bend(bench, closure) == pytest.approx(4.0 * free, rel=1e-3)
     data = bench.start()
     data.ctrl[:] = data.act[:] = closure
     moment = 0.02

@@ -7,8 +7,6 @@ import mujoco
 import numpy as np
 import pytest
 
-import physics_convergence as convergence
-from physics_convergence import Numerics, Result, convergence_table, rate_difference
 from pilegrasp_ctrl.cli import main
 from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.objects import OBJECT_MODELS
@@ -18,9 +16,8 @@ from pilegrasp_ctrl.validation.physics.energy import bounce_gain, fall_drift, ga
 from pilegrasp_ctrl.validation.physics.friction import roll, slip
 from pilegrasp_ctrl.validation.physics.hung_weight import reading
 from pilegrasp_ctrl.validation.physics.penetration import impact_depth
-from pilegrasp_ctrl.validation.physics.physics_check import PhysicsCheck
+from pilegrasp_ctrl.validation.physics.physics_check import PhysicsCheck, markdown
 from pilegrasp_ctrl.validation.physics.restitution import drops, rebound
-from pilegrasp_ctrl.validation.physics.table import markdown
 from places import DOCS, ROOT
 
 PAGE = DOCS / "physics.md"
@@ -78,7 +75,7 @@ def test_what_is_measured_is_the_contact_that_was_asked_for(rig):
 
 def test_a_cube_slips_within_a_degree_and_a_ball_rolls_by_the_formula(rig):
     cube = ContactRig.build(OBJECT_MODELS["cube"], Hand.load("shovel"))
-    friction = cube.kind.surface.lateral
+    friction = cube.object_model.surface.lateral
     angle = slip(cube, cube.spots["table"], friction).angle
     assert math.degrees(angle) == pytest.approx(math.degrees(math.atan(friction)), abs=1.0)
     result = roll(rig)
@@ -163,43 +160,6 @@ def test_what_is_known_to_be_missed_is_still_measured():
 
 def test_a_table_row_says_what_was_asked_and_found():
     assert markdown([BAD]).splitlines()[-1] == "| off | 1 mm | 2 mm | ±0.1 mm | failed |"
-
-
-def test_attempts_that_are_known_are_not_run_again(tmp_path, monkeypatch):
-    ran = []
-
-    def pretend(scenario, numerics, seed):
-        ran.append((numerics, seed))
-        return Result(numerics, seed, seed != 1, 2.0 + seed, 17.0, "")
-
-    monkeypatch.setattr(convergence, "attempt", pretend)
-    file = tmp_path / "known.jsonl"
-    first = convergence.convergence(file, "spheres_wall", [0, 1])
-    count = len(ran)
-    again = convergence.convergence(file, "spheres_wall", [0, 1, 2])
-    assert len(ran) == count * 3 // 2
-    assert again[:count] == first
-    table = convergence_table(again, convergence.STEPS)
-    assert table.count("2 of 3") == 4
-    assert "1 ms, 30 iterations" in table
-
-
-def test_the_interval_of_a_difference_is_newcombes():
-    # Newcombe 1998, table II, row (a): 56/70 - 48/80, method 10.
-    assert rate_difference(56, 70, 48, 80) == pytest.approx((0.0524, 0.3339), abs=1e-4)
-
-
-def test_an_attempt_takes_the_numerics_it_is_given(monkeypatch):
-    seen = []
-
-    def stop(prepared):
-        seen.append(prepared.simulation.scene.model.opt)
-        raise convergence.PilegraspError("stopped")
-
-    monkeypatch.setattr(convergence, "run_attempt", stop)
-    result = convergence.attempt("push_wall", Numerics(5e-4, 7, 1e-5), 0)
-    assert (seen[0].timestep, seen[0].iterations, seen[0].tolerance) == (5e-4, 7, 1e-5)
-    assert (result.success, result.reason) == (False, "stopped")
 
 
 def test_pybullet_is_never_asked_for_by_the_library():

@@ -1,4 +1,4 @@
-"""A hand on a fixed flange in the posture of an attempt, and a ball that it may hold."""
+"""A hand on a fixed flange in the posture of an attempt, what one of its fingers does, and a ball that it may hold."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Self
 
 import mujoco
 import numpy as np
+from scipy.optimize import brentq
 
 from ...planning.strategy import tool_rotation
 from ...sim.contact import add_pair, combine, pair_parameters
@@ -16,6 +17,22 @@ from ...sim.scene import add_objects, new_spec
 from ...types import Array, Pose
 
 TIMESTEP = 1e-3
+"""Physics step [s]; that of the shipped scenarios."""
+
+FINGER = "middle"
+"""Finger that is measured where none is named."""
+
+SETTLING = 1.5
+"""Time after which a loaded finger is at rest [s]; chosen."""
+
+LOAD_PERIOD = 0.01
+"""Period at which a load follows the fingertip [s]; chosen."""
+
+SMALL_FORCE = 0.1
+"""Load that bends a finger by a few millimetres [N]; chosen."""
+
+CLOSED = 0.9
+"""Share of the tip's travel at which a finger counts as closed [-]; chosen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,9 +40,9 @@ class HandBench:
     """A compiled hand in still air, made by the functions that make an attempt's scene.
 
     Attributes:
-        hand: the end-effector.
-        model: of it, without gravity; the ball is the body `object_0`.
-        transform_tool_to_world: the tool frame of the straight hand, sloping as in an attempt.
+        hand: Hand.
+        model: Compiled model without gravity; the ball is the body `object_0`.
+        transform_tool_to_world: Tool frame of the straight hand, with the slope of an attempt.
     """
 
     hand: Hand
@@ -48,7 +65,7 @@ class HandBench:
                 add_pair(spec, geom, "object_0", contact)
         model = spec.compile()
         model.opt.gravity[:] = 0.0
-        # What rests without gravity would sleep on when its weight sets in.
+        # A ball at rest without gravity would sleep on when its weight sets in.
         model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         return cls(hand, model, tool)
 
@@ -71,7 +88,7 @@ class HandBench:
         return np.array(body.xpos + body.xmat.reshape(3, 3)[:, 0] * np.linalg.norm(tip - base) / shape)
 
     def load(self, data: mujoco.MjData, finger: str, force: Array) -> None:
-        """Let `force` (3,), in world axes [N], act on a fingertip where it is now, instead of the last one."""
+        """Apply `force` (3,), world axes [N], at the present position of a fingertip, in place of the last force."""
         data.qfrc_applied[:] = 0.0
         body = self.model.body(f"{finger}_{self._finger(finger)[0]}").id
         point = self.fingertip(data, finger)
@@ -88,3 +105,77 @@ class HandBench:
             return shape["segments"], np.array(shape["base"]), np.array(shape["tip"])
         shape = parameters["fingers"]
         return shape["segments"], np.array(shape["base"][name]), np.array(shape["tip"][name])
+
+
+def axes(bench: HandBench, finger: str = FINGER) -> tuple[Array, Array]:
+    """Return unit vectors (3,) across a straight finger, world axes: the closing direction, and sideways."""
+    body = bench.start().body(f"{finger}_1")
+    rotation = body.xmat.reshape(3, 3)
+    return rotation[:, 2].copy(), rotation[:, 1].copy()
+
+
+def displacement(bench: HandBench, force: Array, closure: float = 0.0, finger: str = FINGER) -> Array:
+    """Return the displacement (3,) of the fingertip at rest under `force` (3,) [N], from the straight finger [m]."""
+    data = bench.start()
+    before = bench.fingertip(data, finger)
+    data.ctrl[:] = closure
+    # The finger is inflated at once; `closing_time` measures how long that takes.
+    data.act[:] = closure
+    while data.time < SETTLING:
+        bench.load(data, finger, force)
+        bench.advance(data, LOAD_PERIOD)
+    return bench.fingertip(data, finger) - before
+
+
+def deflection(bench: HandBench, force: float, finger: str = FINGER) -> float:
+    """Return the deflection of a straight, vented finger's tip under a load [N] against the closing direction [m]."""
+    closing, _ = axes(bench, finger)
+    return float(-displacement(bench, -force * closing, 0.0, finger) @ closing)
+
+
+def stiffness(bench: HandBench, closure: float = 0.0, finger: str = FINGER) -> float:
+    """Return the stiffness at the tip against a small load along its present normal, in the plane of closing [N/m]."""
+    closing, sideways = axes(bench, finger)
+    at_rest = displacement(bench, np.zeros(3), closure, finger)
+    turn = free_bend(bench, closure, finger)
+    normal = np.cos(turn) * closing - np.sin(turn) * np.cross(sideways, closing)
+    loaded = displacement(bench, SMALL_FORCE * normal, closure, finger)
+    return float(SMALL_FORCE / ((loaded - at_rest) @ normal))
+
+
+def lateral_stiffness(bench: HandBench, finger: str = FINGER) -> float:
+    """Return the stiffness at the tip of a straight finger against a small load from the side [N/m]."""
+    _, sideways = axes(bench, finger)
+    return float(SMALL_FORCE / (displacement(bench, SMALL_FORCE * sideways, 0.0, finger) @ sideways))
+
+
+def blocked_force(bench: HandBench, closure: float = 1.0, finger: str = FINGER) -> float:
+    """Return the force that holds the closing finger's tip at the height of the straight finger's tip [N]."""
+    closing, _ = axes(bench, finger)
+
+    def rise(force: float) -> float:
+        return float(displacement(bench, -force * closing, closure, finger) @ closing)
+
+    # A load several times as large folds the finger over.
+    return float(brentq(rise, 0.0, 15.0, xtol=1e-3))
+
+
+def closing_time(bench: HandBench, finger: str = FINGER) -> float:
+    """Return the time from the command until the tip has covered the share `CLOSED` of its travel in free space [s]."""
+    final = np.linalg.norm(displacement(bench, np.zeros(3), 1.0, finger))
+    data = bench.start()
+    before = bench.fingertip(data, finger)
+    data.ctrl[:] = 1.0
+    while np.linalg.norm(bench.fingertip(data, finger) - before) < CLOSED * final:
+        bench.advance(data, bench.model.opt.timestep)
+    return float(data.time)
+
+
+def free_bend(bench: HandBench, closure: float = 1.0, finger: str = FINGER) -> float:
+    """Return the angle by which the tip of a finger turns when it closes in free space [rad]."""
+    data = bench.start()
+    data.ctrl[:] = closure
+    data.act[:] = closure
+    bench.advance(data, SETTLING)
+    segments = bench.hand.parameters["thumb" if finger == "thumb" else "fingers"]["segments"]
+    return float(sum(data.joint(f"{finger}_bend_{i + 1}").qpos[0] for i in range(segments)))

@@ -1,4 +1,4 @@
-"""How a hand slides on the table in an attempt, read from its recording."""
+"""Sliding of a hand on the table in an attempt, read from its recording."""
 
 from __future__ import annotations
 
@@ -8,15 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ...exceptions import RecordingError
 from ...recording import Recording, Shape
 from ...sim.hand import Hand
 from ...types import Array
 
 FINGERS = ("pinky", "ring", "middle", "index")
-UNDER_WAY = 0.3
-"""From the start of the push until the hand has reached its speed and its depth [s]."""
+"""Fingers of the RBO Hand 2 without the thumb."""
+
+START_TIME = 0.3
+"""Time from the start of the push until the hand has its speed and its depth [s]; chosen."""
+
 PILE_FORCE = 2.0
-"""Along the push [N]; a hand that feels less has not met the pile yet."""
+"""Force along the push below which the hand has not met the pile yet [N]; chosen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,12 +28,12 @@ class HandSlide:
     """The RBO Hand 2 between the start of the push and F_grasp.
 
     Attributes:
-        palm_clearance: least height of the palm's boxes above the table [m].
-        sensor_clearance: the same of the sensor's housing [m].
-        alone: bend of the fingers, their mean, before they meet the pile [rad]; positive as in closing.
-        at_trigger: the same when the push ends [rad].
-        tip_slope: of the fingers' last segments against the table before they meet the pile [rad].
-        table_force: of the table on the hand before it meets the pile [N].
+        palm_clearance: Least height of the palm's boxes above the table [m].
+        sensor_clearance: Least height of the sensor's housing above the table [m].
+        alone: Mean bend of the fingers before they meet the pile [rad]; positive in the closing direction.
+        at_trigger: Mean bend of the fingers when the push ends [rad].
+        tip_slope: Slope of the fingers' last segments against the table before they meet the pile [rad].
+        table_force: Force of the table on the hand before it meets the pile [N].
     """
 
     palm_clearance: float
@@ -45,9 +49,9 @@ class HandCourse:
     """The RBO Hand 2 in the push, frame by frame.
 
     Attributes:
-        time: (F,) since the push began [s].
-        palm_height: (F,) of the palm's lowest corner above the table [m].
-        bend: (F,) of the fingers, their mean [rad].
+        time: (F,) Time since the push began [s].
+        palm_height: (F,) Height of the palm's lowest corner above the table [m].
+        bend: (F,) Mean bend of the fingers [rad].
     """
 
     time: Array
@@ -60,12 +64,12 @@ class ShovelSlide:
     """The shovel between the start of the push and the end of the scoop.
 
     Attributes:
-        edge_height: largest height of the leading edge above the table in the push [m].
-        heel_clearance: least height of the floor's rear end above the table in the push [m].
-        table_force: of the table on the shovel before it meets the pile [N].
-        peak_table_force: its largest value there [N].
-        slope: of the floor against the table in the push [rad].
-        scoop_angle: by which the floor has tilted back when the scoop ends [rad].
+        edge_height: Largest height of the leading edge above the table in the push [m].
+        heel_clearance: Least height of the floor's rear end above the table in the push [m].
+        table_force: Mean force of the table on the shovel before it meets the pile [N].
+        peak_table_force: Largest force of the table there [N].
+        slope: Slope of the floor against the table in the push [rad].
+        scoop_angle: Angle by which the floor has tilted back when the scoop ends [rad].
     """
 
     edge_height: float
@@ -77,10 +81,10 @@ class ShovelSlide:
 
 
 def hand_slide(recording: Recording, hand: Hand) -> HandSlide:
-    """Read how the soft hand slid.
+    """Return how the soft hand slid.
 
     Raises:
-        ValueError: where the recording is of an attempt without a push.
+        RecordingError: The recorded attempt has no push.
     """
     frames = _frames(recording)
     alone, pushing = _windows(recording, frames.time)
@@ -97,7 +101,7 @@ def hand_slide(recording: Recording, hand: Hand) -> HandSlide:
 
 
 def hand_course(recording: Recording, hand: Hand) -> HandCourse:
-    """Read the push of the soft hand, for a curve."""
+    """Return the push of the soft hand as curves."""
     frames, push = _frames(recording), _outcome(recording, "push")
     shown = (frames.time >= push["start"]) & (frames.time <= push["end"])
     bend = np.mean([_finger(frames, hand, finger)[0] for finger in FINGERS], axis=0)
@@ -105,10 +109,10 @@ def hand_course(recording: Recording, hand: Hand) -> HandCourse:
 
 
 def shovel_slide(recording: Recording, hand: Hand) -> ShovelSlide:
-    """Read how the shovel slid and scooped.
+    """Return how the shovel slid and scooped.
 
     Raises:
-        ValueError: where the recording is of an attempt without a push.
+        RecordingError: The recorded attempt has no push.
     """
     frames = _frames(recording)
     _, pushing = _windows(recording, frames.time)
@@ -175,19 +179,21 @@ def _finger(frames: _Frames, hand: Hand, finger: str) -> tuple[Array, Array]:
 
 
 def _windows(recording: Recording, time: Array) -> tuple[NDArray[np.bool], NDArray[np.bool]]:
-    """Return which of the times belong to the sliding before the pile is met, and to the whole push."""
+    """Return masks of the times that belong to the sliding before the pile is met, and to the whole push."""
     push = _outcome(recording, "push")
-    pushing = (time >= push["start"] + UNDER_WAY) & (time <= push["end"])
+    pushing = (time >= push["start"] + START_TIME) & (time <= push["end"])
     felt = np.interp(time, recording.signal_time, recording.signals["push_force"])
     met = np.flatnonzero(pushing & (felt > PILE_FORCE))
     alone = pushing & (time < (time[met[0]] if len(met) else np.inf))
     if not alone.any():
-        raise ValueError("the recording shows no sliding before the pile")
+        raise RecordingError(
+            "the recording shows no sliding before the pile; record an attempt whose push starts in front of the pile"
+        )
     return alone, pushing
 
 
 def _table_force(recording: Recording) -> Array:
-    """Return the table's force on the hand [N] while it slides alone, from the wrist sensor; zero is in the air."""
+    """Return the table's force on the hand while it slides alone [N], from the wrist sensor; it is zero in the air."""
     alone, _ = _windows(recording, recording.signal_time)
     vertical = recording.signals["wrench"][:, 2].astype(float)
     approach = _outcome(recording, "approach")
@@ -199,4 +205,4 @@ def _outcome(recording: Recording, name: str) -> dict[str, float]:
     for outcome in recording.meta["outcomes"]:
         if outcome["name"] == name:
             return dict(outcome)
-    raise ValueError(f"the recording is of an attempt without a {name}")
+    raise RecordingError(f"the recording is of an attempt without a {name}; record one that reaches its {name}")

@@ -1,4 +1,4 @@
-"""The world of an attempt with a hand that does not move, one object that does, and one that is fixed in the air."""
+"""The rig on which contacts are measured: a hand and an object that are fixed, and one object that moves."""
 
 from __future__ import annotations
 
@@ -15,18 +15,30 @@ from ...sim.contact import Rule
 from ...sim.hand import Hand
 from ...sim.object_model import ObjectModel
 from ...sim.scene import add_surroundings, new_spec
-from ...types import Array, Pose
+from ...types import STANDARD_GRAVITY, Array, Pose
 
 SHIPPED_STEP, SHIPPED_RULE = SimulationConfig().timestep, SimulationConfig().contact_rule
-GRAVITY = 9.81
+"""Physics step [s] and contact rule of the shipped scenarios."""
+
+GRAVITY = -STANDARD_GRAVITY[2]
+"""Gravity [m/s²]."""
+
 TOOL = Pose(np.array([0.5, 0.0, 0.8]))
-"""Of the hand: in the air, its palm (or the scoop's floor) facing up."""
+"""Pose of the tool frame [m]: in the air, the palm or the scoop's floor facing up; chosen."""
+
 FIXED_OBJECT = np.array([0.7, -0.4, 0.5])
+"""Position (3,) of the fixed object [m]; chosen clear of hand and wall."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """A place on a surface: the geom's name, a point (3,) [m] on it and its outward normal (3,)."""
+    """A place on a surface.
+
+    Attributes:
+        geom: Name of the geom.
+        point: (3,) Point on it [m].
+        normal: (3,) Outward normal there.
+    """
 
     geom: str
     point: Array
@@ -35,25 +47,25 @@ class Spot:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactRig:
-    """What a contact is measured on, made by the functions that make an attempt's scene.
+    """A scene with one moving object, made by the functions that make an attempt's scene.
 
     Attributes:
-        kind: of the two objects; `object_0` is fixed, `object_1` is the only thing that moves.
-        hand: mounted on nothing, its joints removed.
-        model: the compiled model; its gravity is set by each measurement.
-        spots: by the names "table", "wall", "object", and those of the hand.
+        object_model: Model of both objects; `object_0` is fixed, `object_1` is the only body that moves.
+        hand: Hand, fixed in the air with its joints removed.
+        model: Compiled model; each measurement sets its gravity.
+        spots: Spots by name: "table", "wall", "object", and those of the hand.
     """
 
-    kind: ObjectModel
+    object_model: ObjectModel
     hand: Hand
     model: mujoco.MjModel
     spots: dict[str, Spot]
 
     @classmethod
     def build(
-        cls, kind: ObjectModel, hand: Hand, timestep: float = SHIPPED_STEP, rule: Rule = SHIPPED_RULE
+        cls, object_model: ObjectModel, hand: Hand, timestep: float = SHIPPED_STEP, rule: Rule = SHIPPED_RULE
     ) -> ContactRig:
-        """Compile the rig for one kind of object and one hand at a step of the physics [s]."""
+        """Compile the rig for an object and a hand at a physics step [s]."""
         spec = new_spec(timestep)
         flange = TOOL @ hand.transform_tool_to_flange.inverse()
         quaternion = np.zeros(4)
@@ -62,12 +74,12 @@ class ContactRig:
         for movable in (*spec.actuators, *spec.tendons, *spec.joints):
             spec.delete(movable)
         # A net would tie the two objects together.
-        kind = replace(kind, net=None)
-        layout = make_layout(SupportConfig(), PileConfig(count=2), kind.diameter)
-        add_surroundings(spec, hand, kind, 2, layout, rule)
+        object_model = replace(object_model, net=None)
+        layout = make_layout(SupportConfig(), PileConfig(count=2), object_model.diameter)
+        add_surroundings(spec, hand, object_model, 2, layout, rule)
         spec.delete(spec.body("object_0").joints[0])
         spec.body("object_0").pos = FIXED_OBJECT
-        # What sleeps would not notice that gravity turns.
+        # A sleeping body would not notice that gravity turns.
         spec.option.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         model = spec.compile()
         data = mujoco.MjData(model)
@@ -76,32 +88,32 @@ class ContactRig:
         spots = {
             "table": Spot("table", np.array([0.6, 0.3, 0.0]), vertical),
             "wall": Spot("wall", np.array([WALL_DISTANCE, 0.0, 0.08]), np.array([-1.0, 0.0, 0.0])),
-            "object": Spot("object_0", FIXED_OBJECT + extent(kind, 2) * vertical, vertical),
+            "object": Spot("object_0", FIXED_OBJECT + extent(object_model, 2) * vertical, vertical),
             **(_shovel_spots(hand) if hand.name == "shovel" else _palm_spots(data)),
         }
-        return cls(kind, hand, model, spots)
+        return cls(object_model, hand, model, spots)
 
     def place(self, spot: Spot, height: float, axis: int = 2) -> mujoco.MjData:
         """Return a state with the object at rest over a spot, and turn gravity toward the spot.
 
         Args:
-            spot: where the object would land.
-            height: of the gap between object and surface [m].
-            axis: of the object that stands on the surface: 2, or 0 for what lies on its side.
+            spot: Spot on which the object would land.
+            height: Gap between object and surface [m].
+            axis: Axis of the object that is normal to the surface: 2, or 0 for an object on its side.
         """
         normal = spot.normal
         self.lean(spot, 0.0)
         data = mujoco.MjData(self.model)
-        data.qpos[:3] = spot.point + (height + extent(self.kind, axis)) * normal
+        data.qpos[:3] = spot.point + (height + extent(self.object_model, axis)) * normal
         along = tangent(spot)
         across = np.cross(along, normal)
-        # What lies on its side has its axis 2 across the slope, so that it can roll down.
+        # An object on its side has its axis 2 across the slope, so that it can roll down.
         rotation = np.column_stack([across, along, normal] if axis == 2 else [normal, along, -across])
         mujoco.mju_mat2Quat(data.qpos[3:7], np.ascontiguousarray(rotation).ravel())
         return data
 
     def lean(self, spot: Spot, slope: float) -> None:
-        """Turn gravity from the normal of a spot by `slope` [rad] along `tangent(spot)`."""
+        """Tilt gravity from the normal of a spot by `slope` [rad] along `tangent(spot)`."""
         self.model.opt.gravity[:] = GRAVITY * (math.sin(slope) * tangent(spot) - math.cos(slope) * spot.normal)
 
 
@@ -111,16 +123,16 @@ def tangent(spot: Spot) -> Array:
     return np.asarray(along / np.linalg.norm(along))
 
 
-def extent(kind: ObjectModel, axis: int) -> float:
+def extent(model: ObjectModel, axis: int) -> float:
     """Return the distance [m] from an object's centre to its surface along its axis 0 or 2."""
-    if kind.shape == "cylinder":
-        return kind.half_size[0] if axis == 0 else kind.half_size[1]
-    return kind.half_size[min(axis, len(kind.half_size) - 1)]
+    if model.shape == "cylinder":
+        return model.half_size[0] if axis == 0 else model.half_size[1]
+    return model.half_size[min(axis, len(model.half_size) - 1)]
 
 
-def bouncing(kind: ObjectModel, restitution: float) -> ObjectModel:
-    """Return the kind with another restitution."""
-    return replace(kind, surface=replace(kind.surface, restitution=restitution))
+def bouncing(model: ObjectModel, restitution: float) -> ObjectModel:
+    """Return the object model with another restitution."""
+    return replace(model, surface=replace(model.surface, restitution=restitution))
 
 
 def bouncing_hand(hand: Hand, restitution: float) -> Hand:

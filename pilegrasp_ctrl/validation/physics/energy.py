@@ -1,4 +1,4 @@
-"""Energy: what falls keeps it, and no contact gives more back than it got."""
+"""Energy: a falling object keeps it, and no contact returns more than it took."""
 
 from __future__ import annotations
 
@@ -20,14 +20,25 @@ from .physics_check import PhysicsCheck
 from .plate_push import push, push_model
 
 FALL = 0.5
+"""Height of a free fall [m]; chosen."""
+
 BLOCK = 0.05
-"""Contacts store energy for 10 ms and give it back; the largest energies of blocks this long are compared [s]."""
+"""Length of the blocks whose largest energies are compared [s]; contacts store energy for 10 ms and return it."""
+
 BOUNCE_TIME, SETTLE_TIME = 4.0, 2.0
+"""Time after which a bouncing object, and a dropped pile, are at rest [s]; chosen."""
+
 PUSH_DISTANCE = 0.12
+"""Travel of the plate [m]; chosen."""
+
 GAIN_TOLERANCE = 0.1
-"""Of what energy is gained, in percent; the energies themselves are rounded at 1e-13."""
+"""Allowed gain of energy [%]; chosen. The energies themselves are rounded at 1e-13."""
+
 DRIFT_TOLERANCE = 1.0
+"""Allowed loss of energy in the fall [%]; chosen."""
+
 PILES = (("light_sphere", 18), ("cube", 14), ("cylinder", 14))
+"""Object and count of each pile."""
 
 
 def fall_drift(rig: ContactRig) -> float:
@@ -41,11 +52,11 @@ def fall_drift(rig: ContactRig) -> float:
     while data.qpos[2] > top - FALL:
         mujoco.mj_step(rig.model, data)
     mujoco.mj_forward(rig.model, data)
-    return float((start - data.energy.sum()) / (rig.kind.mass * GRAVITY * FALL))
+    return float((start - data.energy.sum()) / (rig.object_model.mass * GRAVITY * FALL))
 
 
 def gain(energies: Sequence[float], timestep: float) -> float:
-    """Return by how much the energy of a block of `BLOCK` exceeds the least of those before it, at most [J]."""
+    """Return the largest excess of a block's energy over the least energy of an earlier block [J]."""
     size = round(BLOCK / timestep)
     count = len(energies) // size
     largest = np.asarray(energies)[: count * size].reshape(count, size).max(axis=1)
@@ -53,27 +64,33 @@ def gain(energies: Sequence[float], timestep: float) -> float:
 
 
 def bounce_gain(rig: ContactRig, where: str) -> float:
-    """Let the object bounce until it rests; return what it gains on the way, as a share of its fall."""
+    """Let the object bounce until it rests; return the energy it gains on the way, as a share of its fall's."""
     data = rig.place(rig.spots[where], FALL)
     rig.model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     energies = _record(rig.model, data, BOUNCE_TIME)
-    return gain(energies, rig.model.opt.timestep) / (rig.kind.mass * GRAVITY * FALL)
+    return gain(energies, rig.model.opt.timestep) / (rig.object_model.mass * GRAVITY * FALL)
 
 
-def settling_gain(kind: ObjectModel, count: int, layout: Layout, seed: int, timestep: float = SHIPPED_STEP) -> float:
-    """Return what a pile that settles in its frame gains on the way, as a share of what it loses."""
-    model = pile_model(kind, count, layout, "paper", timestep)
+def settling_gain(
+    object_model: ObjectModel, count: int, layout: Layout, seed: int, timestep: float = SHIPPED_STEP
+) -> float:
+    """Return the energy that a pile gains while it settles in its frame, as a share of what it loses."""
+    model = pile_model(object_model, count, layout, "paper", timestep)
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     data = mujoco.MjData(model)
-    data.qpos[:] = drop_poses(kind, count, layout, np.random.default_rng(seed)).ravel()
+    data.qpos[:] = drop_poses(object_model, count, layout, np.random.default_rng(seed)).ravel()
     energies = _record(model, data, SETTLE_TIME)
     return gain(energies, timestep) / (energies[0] - energies[-1])
 
 
-def pushing_gain(kind: ObjectModel, count: int, layout: Layout, seed: int, timestep: float = SHIPPED_STEP) -> float:
-    """Return what a pushed pile gains beyond the work done on it, as a share of that work."""
-    poses = settle_pile(kind, count, layout, seed, "paper", timestep).poses
-    result = push(push_model(kind, count, layout, "paper", timestep), poses, kind.bounding_radius, PUSH_DISTANCE)
+def pushing_gain(
+    object_model: ObjectModel, count: int, layout: Layout, seed: int, timestep: float = SHIPPED_STEP
+) -> float:
+    """Return the energy that a pushed pile gains beyond the work done on it, as a share of that work."""
+    poses = settle_pile(object_model, count, layout, seed, "paper", timestep).poses
+    result = push(
+        push_model(object_model, count, layout, "paper", timestep), poses, object_model.bounding_radius, PUSH_DISTANCE
+    )
     work = float((result.force * np.diff(result.travel, prepend=0.0)).sum())
     return gain(list(result.surplus), timestep) / work
 
@@ -95,12 +112,12 @@ def energy_checks() -> Iterator[PhysicsCheck]:
         words = name.replace("_", " ")
         yield PhysicsCheck(f"energy: gained by {words} on {where}", 0.0, share, GAIN_TOLERANCE, "%", "<=")
     for name, count in PILES:
-        kind = OBJECT_MODELS[name]
-        layout = make_layout(SupportConfig(), PileConfig(object=name, count=count), kind.diameter)
+        object_model = OBJECT_MODELS[name]
+        layout = make_layout(SupportConfig(), PileConfig(object=name, count=count), object_model.diameter)
         words = f"{count} {name.replace('_', ' ')}s"
-        settled = 100.0 * settling_gain(kind, count, layout, 0)
+        settled = 100.0 * settling_gain(object_model, count, layout, 0)
         yield PhysicsCheck(f"energy: gained by {words} that settle", 0.0, settled, GAIN_TOLERANCE, "%", "<=")
-        pushed = 100.0 * pushing_gain(kind, count, layout, 0)
+        pushed = 100.0 * pushing_gain(object_model, count, layout, 0)
         yield PhysicsCheck(f"energy: gained by {words} that are pushed", 0.0, pushed, GAIN_TOLERANCE, "%", "<=")
 
 

@@ -1,4 +1,4 @@
-"""Friction: the slope at which an object begins to slip, and how fast a rolling one slows down."""
+"""Friction: the slope at which an object begins to slip, and the deceleration of a rolling object."""
 
 from __future__ import annotations
 
@@ -16,21 +16,41 @@ from .contact_rig import GRAVITY, ContactRig, Spot, tangent
 from .physics_check import PhysicsCheck
 
 SETTLE_TIME, TILT_TIME, SLIP_TIME = 0.5, 1.0, 1.5
-"""At rest on the level, tilting to `SLIP_MARGIN` below the expected slope, and on to as much above it [s]."""
+"""Time at rest on the level, of the tilt to `SLIP_MARGIN` below the expected slope, and of the tilt to as much above it
+[s]; chosen."""
+
 SLIP_MARGIN = math.radians(4.0)
+"""Range below and above the expected slope in which the tilt is slow [rad]; chosen."""
+
 SLIP_SPEEDS = (0.03, 0.12)
-"""Between which the acceleration of what slips is taken [m/s]."""
+"""Speeds between which the acceleration of a slipping object is taken [m/s]; chosen above a soft contact's creep."""
+
 SLIP_TOLERANCE, HAND_TOLERANCE = 1.0, 2.0
-"""The second on a hand, where steeper slopes load the leading edge, and what slips does so up to 1.7° early [deg]."""
+"""Allowed error of the slope on supports, and on hands [deg]; chosen. On a hand steeper slopes load the leading edge,
+and objects slip up to 1.7° early."""
+
 ROLL_SPEED = 0.5
+"""Speed at the start of the roll [m/s]; chosen."""
+
 ROLL_WAIT, ROLL_TIME = 0.2, 0.5
+"""Time before the deceleration is taken, and time over which it is taken [s]; chosen."""
+
 ROLL_TOLERANCE = 0.05
+"""Allowed error of the deceleration as a share of the formula's [-]; chosen."""
+
 ROLLING = (("light_sphere", 2, "hollow ball"), ("heavy_sphere", 2, "solid ball"), ("cylinder", 0, "cylinder"))
+"""Object, axis that is normal to the table, and name of each rolling object."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Roll:
-    """A rolling object: `times` (n,) [s], `speeds` (n,) [m/s], and the deceleration [m/s²] of the formula."""
+    """A rolling object.
+
+    Attributes:
+        times: (n,) Times [s].
+        speeds: (n,) Speeds [m/s].
+        formula: Deceleration of the formula [m/s²].
+    """
 
     times: Array
     speeds: Array
@@ -44,7 +64,12 @@ class Roll:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slip:
-    """An object on a slope that grows: `slopes` (n,) [rad] and `speeds` (n,) [m/s] down it."""
+    """An object on a slope that grows.
+
+    Attributes:
+        slopes: (n,) Slopes [rad].
+        speeds: (n,) Speeds down the slope [m/s].
+    """
 
     slopes: Array
     speeds: Array
@@ -53,8 +78,8 @@ class Slip:
     def angle(self) -> float:
         """Slope beyond which the object is accelerated [rad]; NaN where it does not slip.
 
-        What slips is accelerated by g (sin - mu cos) of the slope; a soft contact also creeps at up to 20 mm/s before,
-        so that the first motion says nothing. mu follows from the acceleration between two speeds.
+        A slipping object is accelerated by g (sin - mu cos) of the slope, and mu follows from the acceleration between
+        two speeds. The first motion says nothing, because a soft contact creeps at up to 20 mm/s before it slips.
         """
         fast = np.flatnonzero(self.speeds > SLIP_SPEEDS[1])
         if not fast.size:
@@ -67,7 +92,7 @@ class Slip:
 
 
 def slip(rig: ContactRig, spot: Spot, friction: float) -> Slip:
-    """Lay the object on a spot and tilt until it slips, slowly where atan(friction) says that it should."""
+    """Put the object on a spot and tilt until it slips, slowly near the expected slope atan(friction)."""
     data = rig.place(spot, 0.0)
     down, expected, step = tangent(spot), math.atan(friction), rig.model.opt.timestep
     before, beyond = expected - SLIP_MARGIN, expected + SLIP_MARGIN
@@ -82,10 +107,10 @@ def slip(rig: ContactRig, spot: Spot, friction: float) -> Slip:
 
 
 def roll(rig: ContactRig, axis: int = 2) -> Roll:
-    """Let the object roll along the table, and compare with mu_r g / (R (1 + k)), where its inertia is k m R²."""
+    """Let the object roll along the table; the formula is mu_r g / (R (1 + k)), with the inertia k m R²."""
     spot = rig.spots["table"]
     data = rig.place(spot, 0.0, axis)
-    radius, kind = rig.kind.half_size[0], rig.kind
+    radius, rolling = rig.object_model.half_size[0], rig.object_model
     along = tangent(spot)
     # The object's own frame: a cylinder lies with its axis, z, across the motion.
     spin = np.cross(spot.normal, along) * ROLL_SPEED / radius
@@ -96,28 +121,28 @@ def roll(rig: ContactRig, axis: int = 2) -> Roll:
         mujoco.mj_step(rig.model, data)
         times.append(data.time)
         speeds.append(float(data.qvel[:3].dot(along)))
-    k = kind.inertia_factor * kind.solid_inertia()[2] / (kind.mass * radius**2)
+    k = rolling.inertia_factor * rolling.solid_inertia()[2] / (rolling.mass * radius**2)
     start = round(ROLL_WAIT / rig.model.opt.timestep)
-    formula = kind.surface.rolling * GRAVITY / (radius * (1.0 + k))
+    formula = rolling.surface.rolling * GRAVITY / (radius * (1.0 + k))
     return Roll(np.array(times[start:]), np.array(speeds[start:]), formula)
 
 
 def friction_checks() -> Iterator[PhysicsCheck]:
-    """Check the slopes at which cubes and cylinders slip on supports, each other and hands; then what rolls."""
+    """Check the slopes at which cubes and cylinders slip on supports, each other and hands; then rolling objects."""
     shovel, soft = Hand.load("shovel"), Hand.load("rbo_hand2")
     for name in ("cube", "cylinder"):
-        kind = OBJECT_MODELS[name]
+        slipping = OBJECT_MODELS[name]
         for hand, places in ((shovel, ("table", "object", "shovel floor")), (soft, ("palm",))):
-            rig = ContactRig.build(kind, hand)
+            rig = ContactRig.build(slipping, hand)
             for where in places:
                 if (name, where) == ("cylinder", "palm"):
-                    continue  # on that slope a standing cylinder falls over
-                friction = (kind.surface if where in ("table", "object") else hand.surface).lateral
+                    continue  # A standing cylinder falls over on that slope.
+                friction = (slipping.surface if where in ("table", "object") else hand.surface).lateral
                 angle = slip(rig, rig.spots[where], friction).angle
                 on = f"another {name}" if where == "object" else where
-                asked = math.degrees(math.atan(friction))
+                requested = math.degrees(math.atan(friction))
                 tolerance = SLIP_TOLERANCE if where in ("table", "object") else HAND_TOLERANCE
-                yield PhysicsCheck(f"slip: {name} on {on}", asked, math.degrees(angle), tolerance, "deg")
+                yield PhysicsCheck(f"slip: {name} on {on}", requested, math.degrees(angle), tolerance, "deg")
     for name, axis, words in ROLLING:
         result = roll(ContactRig.build(OBJECT_MODELS[name], shovel), axis)
         tolerance = ROLL_TOLERANCE * result.formula

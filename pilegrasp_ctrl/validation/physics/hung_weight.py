@@ -1,4 +1,4 @@
-"""The wrist sensor with a known weight hung from the hand."""
+"""The wrist sensor reads a known weight that hangs from the hand."""
 
 from __future__ import annotations
 
@@ -16,14 +16,23 @@ from .contact_rig import GRAVITY, SHIPPED_STEP
 from .physics_check import PhysicsCheck
 
 MASS = 1.0
+"""Mass of the weight [kg]; chosen."""
+
 TILTS = 10
+"""Number of random orientations of the hand [-]; chosen."""
+
 SETTLE_TIME = 2.0
+"""Time after which the fingers are at rest [s]; chosen."""
+
 TOLERANCE = 0.01
+"""Allowed error of the force as a share of the weight [-]; chosen."""
+
 SILENT = SensorConfig(force_noise=0.0, torque_noise=0.0, cutoff=1000.0, bias=0.0, drift=0.0)
+"""Sensor without noise, bias and drift."""
 
 
 def reading(hand_name: str, tilt: Array) -> Array:
-    """Return the force (3,) [N] in world axes that is read with 1 kg hung from a hand turned by `tilt` (3,) [rad]."""
+    """Return the force (3,) [N], world axes, that is read with 1 kg hung from a hand turned by `tilt` (3,) [rad]."""
     hand = Hand.load(hand_name)
     spec = new_spec(SHIPPED_STEP)
     quaternion = np.zeros(4)
@@ -39,7 +48,7 @@ def reading(hand_name: str, tilt: Array) -> Array:
 
 
 def hung_weight_checks() -> Iterator[PhysicsCheck]:
-    """Check both hands: the reading farthest from (0, 0, -9.81) N over ten tilts, silent sensor."""
+    """Check both hands: the largest error of the reading over ten tilts, against (0, 0, -9.81) N."""
     tilts = np.random.default_rng(0).uniform(-np.pi, np.pi, (TILTS, 3))
     weight = np.array([0.0, 0.0, -MASS * GRAVITY])
     for hand in ("rbo_hand2", "shovel"):

@@ -23,10 +23,14 @@ from .contact_rig import SHIPPED_STEP, ContactRig
 from .physics_check import PhysicsCheck
 
 FASTEST = 0.7
-"""Of a push, as a scenario allows it [m/s]."""
+"""Fastest push that a scenario allows [m/s]."""
+
 REST_TIME = 1.0
+"""Time for which a pile at rest is watched [s]; chosen."""
+
 OVERLAP, CREEP = 1.0, 1.0
-"""Allowed in a pile at rest [mm], [mm/s]."""
+"""Overlap [mm] and speed [mm/s] allowed in a pile at rest; chosen."""
+
 PILES = (
     ("light_sphere", 18),
     ("heavy_sphere", 18),
@@ -35,10 +39,11 @@ PILES = (
     ("apple", 18),
     ("lime_net", 15),
 )
+"""Object and count of each pile at rest."""
 
 
 def impact_depth(rig: ContactRig, where: str, speed: float) -> float:
-    """Throw the object at a spot [m/s]; return how deep it goes in [m], infinite where it does not come back."""
+    """Throw the object at a spot [m/s]; return its depth [m], or infinity where it does not come back."""
     spot = rig.spots[where]
     data = rig.place(spot, 0.01)
     data.qvel[:3] = -speed * spot.normal
@@ -51,9 +56,9 @@ def impact_depth(rig: ContactRig, where: str, speed: float) -> float:
 
 
 def passed_through(hand: str, count: int) -> int:
-    """Push `count` balls, or the bare wall, at 0.7 m/s in an attempt; return how much went wrong.
+    """Push `count` balls, or the bare wall, at 0.7 m/s in an attempt; return the number of failures.
 
-    Counted are objects behind the wall or below the table at the end, and a stop by the watchdog, which looks for
+    A failure is an object behind the wall or below the table at the end, or a stop by the watchdog, which looks for
     contacts deeper than `MAX_PENETRATION` every 10 ms.
     """
     keys = {"hand": hand, "strategy.speed": FASTEST, "pile.count": count}
@@ -69,11 +74,11 @@ def passed_through(hand: str, count: int) -> int:
 
 
 def rest(name: str, count: int, seed: int = 0) -> tuple[float, float]:
-    """Return the deepest overlap [m] and the fastest creep [m/s] of a settled pile in a second, as in an attempt."""
-    kind = OBJECT_MODELS[name]
-    layout = make_layout(SupportConfig(), PileConfig(object=name, count=count), kind.diameter)
-    poses = settle_pile(kind, count, layout, seed, "paper", SHIPPED_STEP).poses
-    model = pile_model(kind, count, layout, "paper", SHIPPED_STEP)
+    """Return the largest overlap [m] and the creep [m/s] of a settled pile within `REST_TIME`, as in an attempt."""
+    object_model = OBJECT_MODELS[name]
+    layout = make_layout(SupportConfig(), PileConfig(object=name, count=count), object_model.diameter)
+    poses = settle_pile(object_model, count, layout, seed, "paper", SHIPPED_STEP).poses
+    model = pile_model(object_model, count, layout, "paper", SHIPPED_STEP)
     data = mujoco.MjData(model)
     data.qpos[:] = poses.ravel()
     data.mocap_pos[0, 2] = 2.0 * FRAME_HEIGHT

@@ -1,24 +1,34 @@
-"""One line of `pilegrasp doctor --physics`."""
+"""One line of `pilegrasp doctor --physics`: a requested and a measured number, their verdict, and the table."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
+
+from ...statistics import markdown_table
+
+Relation = Literal["=", "<=", ">="]
+"""Whether a deviation counts on both sides, or only above or below what was requested."""
+
+HEADER = ("check", "requested", "measured", "tolerance", "verdict")
+"""Columns of the table."""
 
 
 @dataclass(frozen=True, slots=True)
 class PhysicsCheck:
-    """What was asked of the physics, and what was measured.
+    """A requested number beside the measured one.
 
     Attributes:
-        name: what was measured, where.
-        requested: the number that is asked for, in `unit`.
-        measured: the number that the engine gave, in `unit`.
-        tolerance: how far off it may be, in `unit`.
-        unit: of the three numbers; "-" for a ratio.
-        relation: whether a deviation counts on both sides, or only above or below what was requested.
-        known: why it is known to be missed, where it is; such a miss is told and does not fail the whole.
+        name: What was measured, and where.
+        requested: Requested number in `unit`, by a formula, a setting or a publication.
+        measured: Measured number in `unit`.
+        tolerance: Allowed deviation in `unit`.
+        unit: Unit of the three numbers; "-" for a ratio.
+        relation: Sides on which a deviation counts.
+        known: Reason of a known miss, or ""; a known miss is reported and does not fail the whole.
+        published: Figure for the real hand with its source, or "" where none was found or none applies.
     """
 
     name: str
@@ -26,12 +36,13 @@ class PhysicsCheck:
     measured: float
     tolerance: float
     unit: str
-    relation: Literal["=", "<=", ">="] = "="
+    relation: Relation = "="
     known: str = ""
+    published: str = ""
 
     @property
     def ok(self) -> bool:
-        """Whether the measurement is within tolerance; one that is not finite never is."""
+        """Whether the measurement is finite and within tolerance."""
         excess = self.measured - self.requested
         if self.relation == "=":
             excess = abs(excess)
@@ -51,3 +62,17 @@ class PhysicsCheck:
             "ok": self.ok,
             "known": self.known,
         }
+
+
+def cells(check: PhysicsCheck) -> tuple[str, str, str, str, str]:
+    """Return a check as the texts of one line of a table."""
+    unit = "" if check.unit == "-" else f" {check.unit}"
+    sign = {"=": "±", "<=": "+", ">=": "-"}[check.relation]
+    verdict = "ok" if check.ok else f"missed: {check.known}" if check.known else "failed"
+    numbers = (f"{check.requested:.4g}{unit}", f"{check.measured:.3g}{unit}", f"{sign}{check.tolerance:.2g}{unit}")
+    return check.name, *numbers, verdict
+
+
+def markdown(checks: Sequence[PhysicsCheck]) -> str:
+    """Return the checks as a Markdown table."""
+    return markdown_table(HEADER, map(cells, checks))

@@ -1,4 +1,4 @@
-"""A settled pile pushed by a plate that moves evenly: its force, its work, and what became of the energy."""
+"""A settled pile is pushed by a plate at constant speed: its force, its work, and the energy of the pile."""
 
 from __future__ import annotations
 
@@ -15,16 +15,22 @@ from ...sim.scene import add_objects, add_support, new_spec
 from ...types import Array
 
 PLATE = Surface(lateral=0.5, spinning=0.001, rolling=0.001, restitution=0.8, rank=2)
-"""The paper's end-effector (V-A)."""
+"""Surface of the paper's end-effector (V-A)."""
+
 HALF_SIZE = (0.01, 0.06, 0.05)
-"""As wide as the shovel, and taller than a ball [m]."""
+"""Half size of the plate [m]: as wide as the shovel, and taller than a ball."""
+
 CLEARANCE = 0.001
-"""Between plate and table [m]."""
+"""Gap between plate and table [m]; chosen."""
+
 MASS = 100.0
-"""So heavy that a push of 100 N changes its speed by 1 mm/s in a step, which is then put right [kg]."""
+"""Mass of the plate [kg]; chosen so that 100 N change its speed by 1 mm/s in a step, which is then corrected."""
+
 SPEED = 0.1
+"""Speed of the plate [m/s]; that of a push in the shipped scenarios."""
+
 APPROACH = 0.05
-"""What the plate may need to reach the first object, at most [m]."""
+"""Longest way of the plate to the first object [m]; chosen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,10 +38,10 @@ class PlatePush:
     """A push, sampled each step.
 
     Attributes:
-        travel: (n,) of the plate since it first touched an object [m].
-        force: (n,) of the plate on the pile along the push [N].
-        surplus: (n,) energy of the objects less the work that the plate has done [J].
-        positions: (objects, 3) at the end [m].
+        travel: (n,) Travel of the plate since it first touched an object [m].
+        force: (n,) Force of the plate on the pile along the push [N].
+        surplus: (n,) Energy of the objects less the work that the plate has done [J].
+        positions: (objects, 3) Positions of the objects at the end [m].
     """
 
     travel: Array
@@ -44,15 +50,15 @@ class PlatePush:
     positions: Array
 
 
-def push_model(kind: ObjectModel, count: int, layout: Layout, rule: Rule, timestep: float) -> mujoco.MjModel:
+def push_model(object_model: ObjectModel, count: int, layout: Layout, rule: Rule, timestep: float) -> mujoco.MjModel:
     """Return a model of the plate, whose slide along x is the first joint, the supports and the objects."""
     spec = new_spec(timestep)
     plate = spec.worldbody.add_body(name="plate", pos=[0.0, layout.frame_center[1], CLEARANCE + HALF_SIZE[2]])
     plate.add_joint(name="plate", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1.0, 0.0, 0.0])
     box = mujoco.mjtGeom.mjGEOM_BOX
     plate.add_geom(name="plate", type=box, size=HALF_SIZE, mass=MASS, contype=0, conaffinity=0)
-    names = add_objects(spec, kind, count, add_support(spec, layout), rule)
-    parameters = pair_parameters(combine(PLATE, kind.surface, rule), timestep)
+    names = add_objects(spec, object_model, count, add_support(spec, layout), rule)
+    parameters = pair_parameters(combine(PLATE, object_model.surface, rule), timestep)
     for name in names:
         add_pair(spec, "plate", name, parameters)
     spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
@@ -60,7 +66,7 @@ def push_model(kind: ObjectModel, count: int, layout: Layout, rule: Rule, timest
 
 
 def start_of_plate(poses: Array, radius: float) -> float:
-    """Return where the plate's middle stands along x [m] so that it nearly touches the pile (n, 7) in its way."""
+    """Return the x coordinate [m] of the plate's middle at which it nearly touches the pile (n, 7)."""
     in_the_way = np.abs(poses[:, 1] - np.median(poses[:, 1])) < HALF_SIZE[1] + radius
     return float(poses[in_the_way, 0].min()) - radius - HALF_SIZE[0] - 0.002
 
@@ -79,7 +85,7 @@ def push(model: mujoco.MjModel, poses: Array, radius: float, distance: float, li
     while (not travel or travel[-1] < distance) and data.qpos[0] < farthest:
         data.qvel[0] = SPEED
         stepper.step()
-        # The engine states the energy of the state from which the step began.
+        # The engine reports the energy of the state from which the step began.
         energy = data.energy.sum()
         own = -data.qfrc_constraint[0]
         if own > 0.0 or travel:

@@ -4,32 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from importlib import import_module
-from importlib.util import find_spec
 
+from ..hand.hand_table import measurements
 from .energy import energy_checks
 from .friction import friction_checks
 from .hung_weight import hung_weight_checks
 from .penetration import penetration_checks
 from .physics_check import PhysicsCheck
-from .restitution import restitution_checks
-from .step_halving import step_halving_checks
+from .restitution import restitution_checks, step_halving_checks
 
 KNOWN = {
     "energy: gained by 14 cylinders that are pushed": "contacts that jump by less than `Stepper` looks at again",
     "restitution: light sphere on finger of rbo hand2": "0.3 is the least that contacts are calibrated for",
 }
-"""What is missed, and why."""
+"""Checks that are known to be missed, each with the reason."""
 
 Progress = Callable[[float, str], None]
-HANDS = "pilegrasp_ctrl.validation.hand"
+"""Function that gets the share that is done and the name of the last check."""
 
 
 def hand_checks() -> Iterator[PhysicsCheck]:
-    """Check the hands on their bench, where the package has one."""
-    if find_spec(HANDS) is not None:
-        rows = import_module(f"{HANDS}.hand_table").checks()
-        yield from (PhysicsCheck(f"hand: {name}", *numbers) for name, *numbers in rows)
+    """Check the hands on their bench and in one attempt each."""
+    yield from (replace(check, name=f"hand: {check.name}") for check in measurements())
 
 
 SUITES: tuple[tuple[float, Callable[[], Iterable[PhysicsCheck]]], ...] = (
@@ -41,14 +37,14 @@ SUITES: tuple[tuple[float, Callable[[], Iterable[PhysicsCheck]]], ...] = (
     (40.0, penetration_checks),
     (40.0, hand_checks),
 )
-"""What each takes of the whole, roughly, and what yields its checks one by one."""
+"""Rough share of each suite in the whole time, and the function that yields its checks one by one."""
 
 
 def physics_checks(progress: Progress = lambda share, name: None) -> list[PhysicsCheck]:
-    """Carry out every check; `progress` is told the share that is done and the name of the last check.
+    """Run every check.
 
     Raises:
-        PilegraspError: where a model cannot be built or a pile does not settle.
+        PilegraspError: A model cannot be built, or a pile does not settle.
     """
     checks: list[PhysicsCheck] = []
     total, begun = sum(weight for weight, _ in SUITES), 0.0
