@@ -9,6 +9,10 @@ class ArgumentError(PilegraspError, ValueError):
     """A Python argument with a wrong shape, a value that is not finite, or a value out of range."""
 
 
+class GainsError(ArgumentError, TypeError):
+    """Gains of the wrong kind: `MotionGains` in 1/s² where an `Impedance` in N/m is expected, or the reverse."""
+
+
 class ConfigurationError(PilegraspError):
     """A scenario, key or value that cannot be used."""
 

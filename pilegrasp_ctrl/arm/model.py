@@ -1,4 +1,4 @@
-"""The arm as the controllers see it: a Pinocchio model, its limits and friction, and one tool frame."""
+"""The arm as controllers see it: a Pinocchio model with limits, joint friction and one tool frame."""
 
 from __future__ import annotations
 
@@ -12,19 +12,12 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..exceptions import ModelError
-from ..types import STANDARD_GRAVITY, Array, MassProperties, Pose, frozen_array
+from ..types import STANDARD_GRAVITY, Array, MassProperties, Pose
+from .loading import read_arm_folder, read_urdf
 from .state import ArmState
 
-_JOINT_KEYS = {
-    "q_lower": "position_lower",
-    "q_upper": "position_upper",
-    "velocity_limit": "velocity",
-    "torque_limit": "torque_peak",
-    "armature": "armature",
-    "friction_coulomb": "friction_coulomb",
-    "friction_viscous": "friction_viscous",
-}
-_MOTOR_KEYS = {"joint_to_motor": "joint_to_motor", "motor_torque_limit": "motor_torque_peak"}
+_LARGEST_CONDITION = 1e6
+"""Largest condition number of a `joint_to_motor` that counts as invertible; chosen."""
 _WORLD = pin.Convention.WORLD
 _WORLD_ALIGNED = pin.LOCAL_WORLD_ALIGNED
 
@@ -32,21 +25,22 @@ _WORLD_ALIGNED = pin.LOCAL_WORLD_ALIGNED
 class ArmModel:
     """A fixed-base arm of revolute or prismatic joints, with one tool frame.
 
-    `load` takes an arm that ships, `from_urdf` any other. The model does not change after construction, and its
-    limits are read-only arrays.
+    `load` makes an arm that ships with the library, `from_urdf` any other. The model does not change after
+    construction, and its limits are read-only arrays.
 
     Attributes:
-        name: the arm's name.
-        nv: number of joints.
-        joint_names: their names, in the order of every (nv,) array.
-        q_lower: (nv,) lower position limits [rad], -inf where there is none.
-        q_upper: (nv,) upper position limits [rad].
-        velocity_limit: (nv,) largest speeds [rad/s].
-        torque_limit: (nv,) largest torques [N·m].
+        name: Name of the arm, for error messages.
+        tool_frame: Name of the controlled frame.
+        nv: Number of joints.
+        joint_names: Names of the joints, in the order of every (nv,) array.
+        q_lower: (nv,) Lower position limits [rad], -inf where there is none.
+        q_upper: (nv,) Upper position limits [rad], inf where there is none.
+        velocity_limit: (nv,) Largest speeds [rad/s].
+        torque_limit: (nv,) Largest torques [N·m].
         friction_coulomb: (nv,) Coulomb friction at the joints [N·m], zero where unknown.
-        friction_viscous: (nv,) viscous friction at the joints [N·m·s/rad], zero where unknown.
-        joint_to_motor: (nv, nv) so that motor speeds are `joint_to_motor v`, where motors share joints; else None.
-        motor_torque_limit: (nv,) largest motor torques [N·m]; None with `joint_to_motor`.
+        friction_viscous: (nv,) Viscous friction at the joints [N·m·s/rad], zero where unknown.
+        joint_to_motor: (nv, nv) Matrix with motor speeds `joint_to_motor v`; None where each joint has its own motor.
+        motor_torque_limit: (nv,) Largest motor torques [N·m]; None without `joint_to_motor`.
     """
 
     def __init__(
@@ -64,23 +58,23 @@ class ArmModel:
         joint_to_motor: ArrayLike | None = None,
         motor_torque_limit: ArrayLike | None = None,
     ) -> None:
-        """Wrap a Pinocchio model; a copy is kept.
+        """Wrap a copy of a Pinocchio model.
 
         Args:
-            model: a fixed-base model with nq == nv.
-            tool_frame: name of the frame that references and Jacobians concern.
-            name: how errors call the arm.
-            q_lower: (nv,) where it differs from the model's [rad].
-            q_upper: (nv,) where it differs from the model's [rad].
-            velocity_limit: (nv,) where it differs from the model's [rad/s].
-            torque_limit: (nv,) where it differs from the model's [N·m].
-            friction_coulomb: (nv,) Coulomb friction [N·m]; zero where absent.
-            friction_viscous: (nv,) viscous friction [N·m·s/rad]; zero where absent.
-            joint_to_motor: (nv, nv) of a drive in which motors share joints; each joint has its own where absent.
-            motor_torque_limit: (nv,) of such a drive's motors [N·m]; needed with `joint_to_motor`.
+            model: Fixed-base model with nq == nv.
+            tool_frame: Name of the frame that references and Jacobians describe.
+            name: Name of the arm, for error messages.
+            q_lower: (nv,) Lower position limits in place of the model's [rad].
+            q_upper: (nv,) Upper position limits in place of the model's [rad].
+            velocity_limit: (nv,) Largest speeds in place of the model's [rad/s].
+            torque_limit: (nv,) Largest torques in place of the model's [N·m].
+            friction_coulomb: (nv,) Coulomb friction [N·m]; zero by default.
+            friction_viscous: (nv,) Viscous friction [N·m·s/rad]; zero by default.
+            joint_to_motor: (nv, nv) Matrix of a drive in which motors share joints; by default each joint has its own.
+            motor_torque_limit: (nv,) Largest torques of such motors [N·m]; required with `joint_to_motor`.
 
         Raises:
-            ModelError: where the frame is unknown, a joint is not revolute or prismatic, or a limit makes no sense.
+            ModelError: The frame is unknown, a joint is neither revolute nor prismatic, or a limit is not usable.
         """
         if model.nq != model.nv:
             odd = [model.names[i] for i in range(1, model.njoints) if model.joints[i].nq != model.joints[i].nv]
@@ -88,7 +82,7 @@ class ArmModel:
         if not model.existFrame(tool_frame):
             known = ", ".join(frame.name for frame in model.frames[-8:])
             raise ModelError(f"{name}: no frame {tool_frame!r} for the tool; the last ones of the model are {known}")
-        self.name = name
+        self.name, self.tool_frame = name, tool_frame
         self.nv: int = model.nv
         self.joint_names = tuple(model.names)[1:]
         self._model = pin.Model(model)
@@ -116,41 +110,30 @@ class ArmModel:
         base: Pose | None = None,
         gravity: ArrayLike = STANDARD_GRAVITY,
     ) -> ArmModel:
-        """Return an arm that ships with the library, numbers from its `robot.toml`.
+        """Return an arm that ships with the library, with the numbers of its `robot.toml`.
 
         Args:
-            name: a folder of `robots/`.
-            tool: what the flange carries, in flange axes.
-            tool_frame: `transform_tool_to_flange`; the flange itself where absent.
-            base: `transform_base_to_world`; the identity where absent.
-            gravity: (3,) acceleration in the world's axes [m/s²].
+            name: Folder in `robots/`.
+            tool: Mass of what the flange carries, in flange axes.
+            tool_frame: `transform_tool_to_flange`; the flange itself by default.
+            base: `transform_base_to_world`; the identity by default.
+            gravity: (3,) Acceleration of gravity in world axes [m/s²].
 
         Raises:
-            ModelError: where there is no such arm, or its files disagree.
+            ModelError: There is no such arm, or its files disagree.
         """
-        from ..robots import description, path
-
-        table = description(name)
-        try:
-            robot, joints = table["robot"], table["joints"]
-            urdf, flange, names = path(name, robot["urdf"]), robot["flange_frame"], tuple(joints["names"])
-            numbers = {argument: joints[key] for argument, key in _JOINT_KEYS.items()}
-            if "transmission" in table:
-                for argument, key in _MOTOR_KEYS.items():
-                    numbers[argument] = table["transmission"][key]
-        except KeyError as error:
-            raise ModelError(f"{name}: its robot.toml has no key {error}, so it is not an arm to load") from None
+        folder = read_arm_folder(name)
         arm = cls.from_urdf(
-            urdf,
-            tool_frame=flange,
+            folder.urdf,
+            tool_frame=folder.flange_frame,
             transform_tool_to_frame=tool_frame,
             tool=tool,
             base=base,
             gravity=gravity,
             name=name,
-            **numbers,
+            **folder.numbers,
         )
-        if arm.joint_names != names:
+        if arm.joint_names != folder.joint_names:
             raise ModelError(f"{name}: the joints of the URDF, {arm.joint_names}, are not those of robot.toml")
         return arm
 
@@ -179,56 +162,39 @@ class ArmModel:
         """Return the arm that a URDF describes.
 
         Args:
-            path: the URDF file; meshes are not needed.
-            tool_frame: name of the frame that carries the tool.
-            transform_tool_to_frame: pose of the controlled frame in `tool_frame`; the frame itself where absent.
-            tool: what `tool_frame` carries beyond the URDF, in its axes.
-            base: `transform_base_to_world`; the identity where absent.
-            gravity: (3,) acceleration in the world's axes [m/s²].
-            locked_joints: names of joints to hold at their neutral position, or a mapping from name to position.
-            name: how errors call the arm; the file's stem where absent.
-            q_lower: (nv,) instead of the URDF's [rad].
-            q_upper: (nv,) instead of the URDF's [rad].
-            velocity_limit: (nv,) instead of the URDF's [rad/s].
-            torque_limit: (nv,) instead of the URDF's [N·m].
-            armature: (nv,) reflected inertia of the drives [kg·m²].
+            path: URDF file; meshes are not needed.
+            tool_frame: Name of the frame that carries the tool.
+            transform_tool_to_frame: Pose of the controlled frame in `tool_frame`; the frame itself by default.
+            tool: Mass that `tool_frame` carries beyond the URDF, in its axes.
+            base: `transform_base_to_world`; the identity by default.
+            gravity: (3,) Acceleration of gravity in world axes [m/s²].
+            locked_joints: Names of joints to hold at their neutral position, or a mapping from name to position.
+            name: Name of the arm, for error messages; the file's stem by default.
+            q_lower: (nv,) Lower position limits in place of the URDF's [rad].
+            q_upper: (nv,) Upper position limits in place of the URDF's [rad].
+            velocity_limit: (nv,) Largest speeds in place of the URDF's [rad/s].
+            torque_limit: (nv,) Largest torques in place of the URDF's [N·m].
+            armature: (nv,) Reflected inertia of the drives [kg·m²].
             friction_coulomb: (nv,) Coulomb friction [N·m].
-            friction_viscous: (nv,) viscous friction [N·m·s/rad].
-            joint_to_motor: (nv, nv) of a drive in which motors share joints.
-            motor_torque_limit: (nv,) of such a drive's motors [N·m].
+            friction_viscous: (nv,) Viscous friction [N·m·s/rad].
+            joint_to_motor: (nv, nv) Matrix of a drive in which motors share joints.
+            motor_torque_limit: (nv,) Largest torques of such motors [N·m].
 
         Raises:
-            ModelError: where the file cannot be read or an argument does not fit it.
+            ModelError: The file cannot be read, or an argument does not fit it.
         """
-        path = Path(path)
-        name = path.stem if name is None else name
-        if not path.is_file():
-            raise ModelError(f"{path}: no such URDF file")
-        try:
-            model = pin.buildModelFromUrdf(str(path))
-        except (ValueError, RuntimeError) as error:
-            raise ModelError(f"{path}: is not a URDF that Pinocchio can read: {error}") from error
-        model.gravity.linear = frozen_array(gravity, (3,), "gravity")
-        model = _lock(model, locked_joints, name)
-        if not model.existFrame(tool_frame):
-            known = ", ".join(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
-            raise ModelError(f"{name}: no frame {tool_frame!r} for the tool; the links are {known}")
-        if base is not None:
-            _place_base(model, base)
-        if armature is not None:
-            if np.shape(armature) != (model.nv,) or not np.all(np.asarray(armature) >= 0.0):
-                raise ModelError(f"{name}: armature must be {model.nv} numbers that are not negative")
-            model.armature = np.array(armature, dtype=np.float64)
-        frame = model.frames[model.getFrameId(tool_frame)]
-        if tool is not None:
-            body = pin.Inertia(tool.mass, np.array(tool.center_of_mass), np.array(tool.inertia))
-            model.appendBodyToJoint(frame.parentJoint, body, frame.placement)
-        controlled = tool_frame
-        if transform_tool_to_frame is not None:
-            controlled = f"{tool_frame}_tool"
-            placement = frame.placement * _se3(transform_tool_to_frame)
-            parent = model.getFrameId(tool_frame)
-            model.addFrame(pin.Frame(controlled, frame.parentJoint, parent, placement, pin.FrameType.OP_FRAME))
+        name = Path(path).stem if name is None else name
+        model, controlled = read_urdf(
+            path,
+            tool_frame,
+            name,
+            transform_tool_to_frame=transform_tool_to_frame,
+            tool=tool,
+            base=base,
+            gravity=gravity,
+            locked_joints=locked_joints,
+            armature=armature,
+        )
         return cls(
             model,
             controlled,
@@ -243,20 +209,23 @@ class ArmModel:
             motor_torque_limit=motor_torque_limit,
         )
 
+    def __repr__(self) -> str:
+        return f"ArmModel({self.name!r}, nv={self.nv}, tool_frame={self.tool_frame!r})"
+
     @property
     def pinocchio_model(self) -> pin.Model:
-        """A copy of the Pinocchio model, for computations of one's own."""
+        """A copy of the Pinocchio model, for your own computations."""
         return pin.Model(self._model)
 
     def update(self, q: ArrayLike, v: ArrayLike) -> ArmState:
-        """Return a new state with everything a control law needs.
+        """Return a new state with every quantity that a control law needs.
 
         Args:
-            q: (nv,) joint positions [rad].
-            v: (nv,) joint velocities [rad/s].
+            q: (nv,) Joint positions [rad].
+            v: (nv,) Joint velocities [rad/s].
 
         Raises:
-            ModelError: where a shape is wrong or a value is not finite.
+            ModelError: A shape is wrong, or a value is not finite.
         """
         nv = self.nv
         if np.shape(q) != (nv,) or np.shape(v) != (nv,):
@@ -264,12 +233,12 @@ class ArmModel:
         x = self._one.copy()
         x[:nv] = q
         x[nv:-1] = v
-        # One product is cheaper than isfinite(), and is not finite where an entry is not.
+        # One product is cheaper than isfinite(). It is not finite if an entry is not.
         if not isfinite(x.dot(x)):
             raise ModelError(f"{self.name}: q or v holds a value that is not finite: {x.tolist()}")
         q, v = x[:nv], x[nv:-1]
         model, data, frame = self._model, self._data, self._frame
-        # In world convention the composite rigid bodies leave the joint Jacobians behind.
+        # In world convention, crba also computes the joint Jacobians.
         M = pin.crba(model, data, q, _WORLD)
         h = pin.nonLinearEffects(model, data, q, v)
         pin.forwardKinematics(model, data, q, v, self._zero)
@@ -295,7 +264,11 @@ class ArmModel:
         if joint_to_motor is None:
             return None, None
         matrix = np.array(joint_to_motor, dtype=np.float64)
-        if matrix.shape != (self.nv, self.nv) or not np.isfinite(matrix).all() or np.linalg.cond(matrix) > 1e6:
+        if (
+            matrix.shape != (self.nv, self.nv)
+            or not np.isfinite(matrix).all()
+            or np.linalg.cond(matrix) > _LARGEST_CONDITION
+        ):
             raise ModelError(f"{self.name}: joint_to_motor must be an invertible matrix ({self.nv}, {self.nv})")
         motors = self._limit(limit, self._zero, "motor_torque_limit")
         if not (motors > 0.0).all():
@@ -318,29 +291,3 @@ class ArmModel:
             if not good.all():
                 joint = self.joint_names[int(np.argmin(good))]
                 raise ModelError(f"{self.name}: joint {joint!r} does not have {what}; give the limits as arguments")
-
-
-def _se3(pose: Pose) -> pin.SE3:
-    return pin.SE3(np.array(pose.rotation), np.array(pose.translation))
-
-
-def _lock(model: pin.Model, joints: Sequence[str] | Mapping[str, float], name: str) -> pin.Model:
-    if not joints:
-        return model
-    q = pin.neutral(model)
-    for joint in joints:
-        if not model.existJointName(joint):
-            raise ModelError(f"{name}: no joint {joint!r} to lock; the joints are {', '.join(list(model.names)[1:])}")
-        if isinstance(joints, Mapping):
-            q[model.joints[model.getJointId(joint)].idx_q] = joints[joint]
-    return pin.buildReducedModel(model, [model.getJointId(joint) for joint in joints], q)
-
-
-def _place_base(model: pin.Model, base: Pose) -> None:
-    transform = _se3(base)
-    for joint in range(1, model.njoints):
-        if model.parents[joint] == 0:
-            model.jointPlacements[joint] = transform * model.jointPlacements[joint]
-    for frame in model.frames[1:]:
-        if frame.parentJoint == 0:
-            frame.placement = transform * frame.placement

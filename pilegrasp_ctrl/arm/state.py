@@ -1,4 +1,4 @@
-"""What the arm is doing at one instant, with every quantity that a control law needs already computed."""
+"""The state of the arm at one instant, with every quantity that a control law needs."""
 
 from __future__ import annotations
 
@@ -8,22 +8,23 @@ from ..types import Array, Pose
 
 
 class ArmState(NamedTuple):
-    """Kinematics and dynamics at one (q, v); only `ArmModel.update` makes one, so holding it proves they are current.
+    """Kinematics and dynamics at one (q, v).
 
-    World axes throughout (Pinocchio's LOCAL_WORLD_ALIGNED): linear part first, at the tool frame's origin. The arrays
-    belong to this state alone; the next update does not touch them.
+    Only `ArmModel.update` makes a state, so a state is always consistent. All quantities are in world axes (Pinocchio's
+    LOCAL_WORLD_ALIGNED), linear part first, at the tool frame's origin. The arrays belong to this state alone; the next
+    update does not touch them.
 
     Attributes:
-        x: (2 nv + 1,) q, v and a one, so that whatever is affine in the state is one product.
-        q: (nv,) joint positions [rad], a view of x.
-        v: (nv,) joint velocities [rad/s], a view of x.
-        M: (nv, nv) joint-space inertia, the drives' reflected inertia included [kg·m²].
-        h: (nv,) Coriolis, centrifugal and gravity torques [N·m], so that M a + h is the torque of acceleration a.
-        J: (6, nv) tool Jacobian.
-        Jdot_v: (6,) the tool's acceleration at zero joint acceleration [m/s², rad/s²].
-        translation: (3,) position of the tool in the world [m].
-        rotation: (3, 3) orientation of the tool in the world.
-        twist: (6,) velocity of the tool, J v [m/s, rad/s].
+        x: (2 nv + 1,) q, v and a one: whatever is affine in the state is one product with x.
+        q: (nv,) Joint positions [rad], a view of x.
+        v: (nv,) Joint velocities [rad/s], a view of x.
+        M: (nv, nv) Joint-space inertia with the drives' reflected inertia [kg·m²].
+        h: (nv,) Coriolis, centrifugal and gravity torques [N·m]; M a + h is the torque of acceleration a.
+        J: (6, nv) Tool Jacobian.
+        Jdot_v: (6,) Tool acceleration at zero joint acceleration [m/s², rad/s²].
+        translation: (3,) Position of the tool in the world [m].
+        rotation: (3, 3) Orientation of the tool in the world.
+        twist: (6,) Velocity of the tool, J v [m/s, rad/s].
     """
 
     x: Array

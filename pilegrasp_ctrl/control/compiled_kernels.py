@@ -199,6 +199,7 @@ def assemble(
         if not _factorise(factor, n):
             return np.nan
         _substitute(factor, v, n)
+        # A second copy of the law in `arm/friction.py`: compiled code cannot call that function.
         for i in range(n):
             v[i] = min(max(v[i], -joint[0, i]), joint[0, i])
             offset[i] += joint[1, i] * tanh(v[i] / numbers[6]) + joint[2, i] * v[i]

@@ -7,10 +7,12 @@ from math import exp, hypot, inf, isfinite
 import numpy as np
 import pinocchio as pin
 
+from ..arm.friction import coulomb_torque
 from ..arm.model import ArmModel
 from ..arm.state import ArmState
 from ..exceptions import ConfigurationError, ModelError
 from ..types import Array, ControllerOutput, Observation, Reference
+from .friction_compensation import FEED_FORWARD_SCALE
 from .operational_space import OperationalSpaceController
 
 _LARGEST_STEP = 0.5
@@ -47,7 +49,7 @@ class DisturbanceObserver:
         *,
         share: float = 0.3,
         friction: bool = True,
-        friction_scale: float = 0.02,
+        friction_scale: float = FEED_FORWARD_SCALE,
     ) -> None:
         """Start with an estimate of zero.
 
@@ -128,7 +130,7 @@ class DisturbanceObserver:
         """Return (nv,) the momentum's rate without torques: Cᵀ v - g - friction, with C v + g = h."""
         C, v = pin.computeCoriolisMatrix(self._model, self._data, state.q, state.v), state.v
         passive: Array = C.T.dot(v) + C.dot(v) - state.h
-        passive -= self._coulomb * np.tanh(v / self._scale)
+        passive -= coulomb_torque(v, self._coulomb, self._scale)
         passive -= self._viscous * v
         return passive
 

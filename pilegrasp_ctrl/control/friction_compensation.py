@@ -1,4 +1,4 @@
-"""Feed-forward against joint friction, from where the tool shall go rather than from where it goes."""
+"""Feed-forward against joint friction, from the motion that is asked for rather than the measured one."""
 
 from __future__ import annotations
 
@@ -6,43 +6,54 @@ from math import hypot, inf
 
 import numpy as np
 
+from ..arm.friction import coulomb_torque
 from ..arm.model import ArmModel
 from ..exceptions import ConfigurationError
 from ..tasks.frame_task import shorten
 from ..types import Array, Reference
 from .inverse_dynamics import InverseDynamics
 
+FEED_FORWARD_SCALE = 0.02
+"""Joint velocity at which three quarters of the Coulomb friction are compensated [rad/s]; chosen."""
 _APPROACH_SPEED = 0.1
+"""Largest speed that the tool's position error asks for [m/s]; chosen, enough for all of the Coulomb friction."""
 _APPROACH_TURN = 0.4
+"""Largest angular velocity that the tool's orientation error asks for [rad/s]; chosen likewise."""
 
 
 class FrictionCompensation:
     """Torque `gain (coulomb tanh(v* / scale) + viscous v*)` for the joint velocities v* that the reference asks for.
 
-    The measured velocity is not used: its sign flips at rest and the torque would chatter. v* is the damped
+    The measured velocity is not used: its sign flips at rest, and the torque would chatter. v* is the damped
     pseudo-inverse's answer to the reference twist plus `error_rate` times the tool's pose error. The second part breaks
-    a joint loose that sticks short of its goal; at most 0.1 m/s and 0.4 rad/s are asked for, which is enough for all
-    of the Coulomb part and bounds the viscous one where a target is out of reach. No v* exceeds its joint's limit.
-    The Coulomb part never exceeds the modelled friction, so that a gain of 1 only takes away what friction dissipates.
-
-    Buffers are reused between calls, so one instance serves one thread.
+    a joint loose that sticks short of its goal. It asks for at most 0.1 m/s and 0.4 rad/s. That is enough for all of
+    the Coulomb part, and it bounds the viscous part if a target is out of reach. No v* exceeds its joint's limit.
+    The Coulomb part never exceeds the modelled friction, so a gain of 1 takes away only what friction dissipates.
 
     Attributes:
-        scale: joint velocity at which three quarters of the Coulomb friction are compensated [rad/s].
-        error_rate: [1/s]; zero compensates the reference's own motion only.
-        gain: share of the modelled friction; below 1 where the model may claim too much.
+        scale: Joint velocity at which three quarters of the Coulomb friction are compensated [rad/s].
+        error_rate: Velocity asked for per error [1/s]; zero compensates the reference's own motion only.
+        gain: Share of the modelled friction; take it below 1 if the model may claim too much.
         coulomb: (nv,) Coulomb friction that is compensated [N·m].
-        viscous: (nv,) viscous friction that is compensated [N·m·s/rad].
-        largest_approach: what is asked for at most because of the error [m/s], [rad/s].
+        viscous: (nv,) Viscous friction that is compensated [N·m·s/rad].
+        largest_approach: Largest speeds that the error asks for [m/s], [rad/s].
     """
 
     largest_approach = _APPROACH_SPEED, _APPROACH_TURN
 
-    def __init__(self, arm: ArmModel, scale: float = 0.02, error_rate: float = 8.0, gain: float = 1.0) -> None:
+    def __init__(
+        self, arm: ArmModel, scale: float = FEED_FORWARD_SCALE, error_rate: float = 8.0, gain: float = 1.0
+    ) -> None:
         """Take the arm's friction.
 
+        Args:
+            arm: Model with the friction.
+            scale: Joint velocity at which three quarters of the Coulomb friction are compensated [rad/s].
+            error_rate: Velocity asked for per error [1/s]; zero compensates the reference's own motion only.
+            gain: Share of the modelled friction.
+
         Raises:
-            ConfigurationError: where the scale is not positive, or the rate or the gain is negative or not finite.
+            ConfigurationError: The scale is not positive, or the rate or the gain is negative or not finite.
         """
         if not 0.0 < scale < inf:
             raise ConfigurationError(f"scale = {scale} must be a positive joint velocity [rad/s]")
@@ -51,26 +62,27 @@ class FrictionCompensation:
                 raise ConfigurationError(f"{name} = {value} must be finite and not negative")
         self.scale, self.error_rate, self.gain = scale, error_rate, gain
         self.coulomb, self.viscous = gain * arm.friction_coulomb, gain * arm.friction_viscous
-        self._factors = np.stack((self.coulomb, scale * self.viscous))
-        self._none = not self._factors.any()
+        self._scaled_viscous = scale * self.viscous
+        self._none = not (self.coulomb.any() or self._scaled_viscous.any())
         # numpy multiplies by an array faster than by a number, which it has to wrap first.
         self._rates, self._per_scale = np.full(6, error_rate), np.full(arm.nv, 1.0 / scale)
-        self._parts = np.zeros_like(self._factors)
-        self._saturated, self._linear = self._parts
         self._limit = arm.velocity_limit
         self._least_limit = float(self._limit.min())
+
+    def __repr__(self) -> str:
+        return f"FrictionCompensation(scale={self.scale:g}, error_rate={self.error_rate:g}, gain={self.gain:g})"
 
     def torque(self, dynamics: InverseDynamics, reference: Reference, error: Array) -> Array | None:
         """Return (nv,) the feed-forward torque [N·m], None for an arm without friction.
 
         Args:
-            dynamics: the program, assembled for this period.
-            reference: where the tool should be.
-            error: (6,) how far it is from there.
+            dynamics: Program that was assembled for this period.
+            reference: Reference of the tool.
+            error: (6,) Error of the tool's pose [m, rad].
         """
         if self._none:
             return None
-        # Both comparisons pass by what is short enough as a whole, and so in each part: nearly every period.
+        # A vector that is short as a whole is short in each part. This holds in nearly every period, here and below.
         twist = self._rates * error
         if hypot(*twist.tolist()) > _APPROACH_SPEED:
             shorten(twist[:3], _APPROACH_SPEED)
@@ -79,9 +91,6 @@ class FrictionCompensation:
         v = dynamics.joint_velocity(twist)
         if hypot(*v.tolist()) > self._least_limit:
             v = np.minimum(np.maximum(v, -self._limit), self._limit)
-        # Both parts of the law in one array: what a call costs is the call, not seven numbers.
-        parts, linear = self._parts, self._linear
-        np.multiply(v, self._per_scale, linear)
-        np.tanh(linear, self._saturated)
-        np.multiply(parts, self._factors, parts)
-        return self._saturated + linear
+        # Velocities in units of the scale, so that the scale of the law is 1.
+        scaled = v * self._per_scale
+        return coulomb_torque(scaled, self.coulomb, 1.0) + scaled * self._scaled_viscous

@@ -1,4 +1,4 @@
-"""Inverse dynamics for a hand that is touched: forces stay where they act, and limits heed what the arm feels."""
+"""Inverse dynamics for a hand in contact: forces stay where they act, and limits allow for what the arm feels."""
 
 from __future__ import annotations
 
@@ -9,25 +9,27 @@ from typing import NamedTuple
 import numpy as np
 from eigenpy import LLT  # type: ignore[import-untyped]
 
+from ..arm.friction import coulomb_torque
 from ..arm.model import ArmModel
 from ..arm.state import ArmState
 from ..qp.program import QuadraticProgram
 from ..tasks.frame_task import FrameTask
 from ..tasks.posture_task import PostureTask
 from ..types import Array, Command, ControllerOutput
-from .inverse_dynamics import LIMITS, InverseDynamics
+from .inverse_dynamics import EXPECTED_FRICTION_SCALE, FRICTION_RESERVE, LIMITS, InverseDynamics
 
-_ROOM = 200.0
-"""So close to a bound the program decides, which heeds what friction may do to a light joint [rad/s²]."""
-_FRICTION_SCALE = 0.05
-"""Joint speed at which three quarters of the Coulomb friction are expected [rad/s]."""
-_TOOL_FIRST = 100.0
-"""How much dearer the tool's part of a deviation is than that of the freedom it leaves. An elbow at its limit is made
-good for by the other joints; a saturated wrist, which is a thousandth of a shoulder's inertia, is not."""
+_TOOL_PRIORITY = 100.0
+"""Cost of the tool's part of a deviation, over that of the freedom that the tool leaves; chosen.
+
+With it the other joints compensate an elbow at its limit. They do not compensate a saturated wrist, whose inertia is a
+thousandth of a shoulder's.
+"""
+_SHORTEST_PERIOD, _LONGEST_PERIOD = 0.5, 1.5
+"""Elapsed time, in control periods, within which the last call counts as one period ago; chosen."""
 
 
 class _Period(NamedTuple):
-    """What was commanded one period ago."""
+    """Time, state and command of the last period."""
 
     time: float
     state: ArmState
@@ -41,20 +43,20 @@ class InertiaWeightedDynamics(InverseDynamics):
         minimise    (a - a*)ᵀ (M + c Jᵀ Lambda J) (a - a*),      a* = a_posture + M⁻¹ Jᵀ W^½ F,
                     F = (W^½ Lambda⁻¹ W^½ + w)⁻¹ W^½ (wanted - Jdot_v - J a_posture)
 
-    a* is what the cost of `InverseDynamics` would give if it measured the posture's part by the inertia. As w goes to
-    zero its torque is Khatib's dynamically consistent `Jᵀ F + M a_posture + h` (IEEE J-RA 3(1), 1987): the force of a
-    spring comes as `Jᵀ` force, and a push at the tool and the springs' answer to it cancel in every joint, not at the
-    tool alone. Equal weights for all joints would answer a push that turns a light wrist with the heavy joints of the
-    shoulder. Beside the mobility Lambda⁻¹, w counts as that of 1 / w = 10 t: it changes a force by less than a
-    thousandth, and keeps the acceleration finite at a singular posture.
+    a* minimises the cost of `InverseDynamics` with the posture's part measured by the inertia. As w goes to zero, its
+    torque is Khatib's dynamically consistent `Jᵀ F + M a_posture + h` (IEEE J-RA 3(1), 1987). The force of a spring
+    then acts as `Jᵀ` force: a push at the tool and the springs' answer to it cancel in every joint, not at the tool
+    alone. Equal weights for all joints would answer a push that turns a light wrist with the heavy joints of the
+    shoulder. Beside the mobility Lambda⁻¹, w counts as the mobility of 1 / w = 10 t. It changes a force by less than a
+    thousandth, and it keeps the acceleration finite at a singular posture.
 
-    Where no limit binds, a* is the answer. Where one does, M alone would be Gauss's principle of least constraint: the
-    arm accelerates as if the limit belonged to its mechanics, and the tool gives way. c = 100 uses the freedom that the
-    tool leaves before that, but does not throw heavy joints about for a light one.
+    If no limit binds, a* is the answer. If one does, M alone would be Gauss's principle of least constraint: the arm
+    accelerates as if the limit belonged to its mechanics, and the tool gives way. c = 100 first uses the freedom that
+    the tool leaves, but does not accelerate heavy joints hard for a light one.
 
-    Bounds on the accelerations are meant for those that follow. A hand that presses on something is asked for
-    accelerations that never follow, so where a bound binds it gives way by what the environment took from the last
-    period's. For that the last period is remembered.
+    Bounds on the accelerations concern those that follow. A hand that presses on something is asked for accelerations
+    that never follow. A bound that binds therefore gives way by what the environment took from the last period's
+    acceleration. The last period is remembered for that.
     """
 
     def __init__(
@@ -66,14 +68,14 @@ class InertiaWeightedDynamics(InverseDynamics):
         solver: str = "daqp",
         rate: float = 500.0,
     ) -> None:
-        """Allocate the program; arguments and errors as of `InverseDynamics`."""
+        """Allocate the program; arguments and errors are those of `InverseDynamics`."""
         super().__init__(arm, task, posture, limits, solver, rate)
         self._rate = rate
         self._weighted = not (task.sqrt_weight == 1.0).all()
         self._floor = posture.weight * np.eye(6)
         self._slack = np.zeros((2, 2 * arm.nv))
         self._above_lower, self._below_upper = self._slack
-        self._reserve = np.concatenate((np.full(arm.nv, _ROOM), np.zeros(arm.nv)))
+        self._reserve = np.concatenate((np.full(arm.nv, FRICTION_RESERVE), np.zeros(arm.nv)))
         # numpy multiplies by an array faster than by a number, which it has to wrap first.
         self._pull_rate = np.full(arm.nv, posture.stiffness / posture.damping)
         self._posture_damping = np.full(arm.nv, posture.damping)
@@ -81,14 +83,14 @@ class InertiaWeightedDynamics(InverseDynamics):
         self._of: ArmState | None = None
 
     def mobility(self, state: ArmState) -> Array:
-        """Return (6, 6) Lambda⁻¹ = J M⁻¹ Jᵀ of a state [1/kg, 1/(kg m), 1/(kg m²)], which `assemble` needs too."""
+        """Return (6, 6) Lambda⁻¹ = J M⁻¹ Jᵀ of a state [1/kg, 1/(kg m), 1/(kg m²)]; `assemble` reuses it."""
         self._of = state
         self._compliance = LLT(state.M).solve(state.J.T)
         self._mobility: Array = state.J.dot(self._compliance)
         return self._mobility
 
     def assemble(self, state: ArmState, wanted: Array, posture: Array | None = None) -> None:
-        """Write the cost and the bounds on a; arguments and errors as of `InverseDynamics.assemble`."""
+        """Write the cost and the bounds on a; arguments and errors are those of `InverseDynamics.assemble`."""
         super().assemble(state, wanted, posture)
         mobility = self._mobility if self._of is state else self.mobility(state)
         target = self._posture.target if posture is None else posture
@@ -106,7 +108,7 @@ class InertiaWeightedDynamics(InverseDynamics):
         self._best, self._torque = a, state.M.dot(a)
 
     def _force(self, missing: Array) -> Array:
-        """Return W^½ F (6,) for what the tool lacks (6,), of acceleration or of velocity."""
+        """Return W^½ F (6,) for the acceleration or velocity (6,) that the tool is missing."""
         if not self._weighted:
             force: Array = self._factor.solve(missing)
             return force
@@ -114,7 +116,7 @@ class InertiaWeightedDynamics(InverseDynamics):
         return root * self._factor.solve(root * missing)
 
     def joint_velocity(self, twist: Array) -> Array:
-        """Return (nv,) the joint velocity that a tool twist and the posture ask for [rad/s]; after `assemble`."""
+        """Return (nv,) the joint velocity that a tool twist and the posture ask for [rad/s]; call `assemble` first."""
         if self._pull is None or self._of is None:
             return self._compliance.dot(self._force(twist))
         return self._pull + self._compliance.dot(self._force(twist - self._of.J.dot(self._pull)))
@@ -126,13 +128,13 @@ class InertiaWeightedDynamics(InverseDynamics):
         cancelled: Array | None = None,
         time: float | None = None,
     ) -> ControllerOutput:
-        """Return the torques for what was assembled.
+        """Return the torques of the program that was assembled.
 
         Args:
-            state: the state that was assembled.
-            friction: (nv,) against the friction that is expected [N·m].
-            cancelled: (nv,) against what the environment is known to do to the joints [N·m].
-            time: of the observation [s]; tells whether the last call was a period ago.
+            state: State that was assembled.
+            friction: (nv,) Torque against the expected friction [N·m].
+            cancelled: (nv,) Torque against a known torque of the environment on the joints [N·m].
+            time: Time of the observation [s]; tells whether the last call was a period ago.
         """
         start = perf_counter()
         offset = state.h if friction is None else state.h + friction
@@ -146,7 +148,7 @@ class InertiaWeightedDynamics(InverseDynamics):
         np.subtract(values, lower, self._above_lower)
         np.subtract(upper, values, self._below_upper)
         np.subtract(slack, self._reserve, slack)
-        # The index of the smallest costs a fifth of the smallest. It finds a NaN first, which fails the comparison.
+        # argmin costs a fifth of min. It finds a NaN first, which fails the comparison.
         if slack.item(slack.argmin()) > 0.0:
             output = ControllerOutput(Command(self._torque + offset), best, (), perf_counter() - start)
         else:
@@ -158,25 +160,25 @@ class InertiaWeightedDynamics(InverseDynamics):
         return output
 
     def _metric(self, state: ArmState) -> Array:
-        """Return (nv, nv) M + c Jᵀ Lambda J, by which a deviation from a* is measured."""
+        """Return (nv, nv) the metric M + c Jᵀ Lambda J of deviations from a*."""
         J = self._task.sqrt_weight[:, None] * state.J if self._weighted else state.J
-        return state.M + _TOOL_FIRST * J.T.dot(self._factor.solve(J))
+        return state.M + _TOOL_PRIORITY * J.T.dot(self._factor.solve(J))
 
     def _give_way(self, state: ArmState, time: float | None) -> None:
         """Move the bounds outwards by what the environment took from the acceleration of the last period.
 
-        Never inwards: such a bound would answer an impact with all the torque there is.
+        They never move inwards: such a bound would answer an impact with all the torque that there is.
         """
         last = self._last
-        if last is None or time is None or not 0.5 < (time - last.time) * self._rate < 1.5:
+        if last is None or time is None or not _SHORTEST_PERIOD < (time - last.time) * self._rate < _LONGEST_PERIOD:
             return
         arm, v = self.arm, state.v
-        rest = -arm.friction_coulomb * np.tanh(v / _FRICTION_SCALE) - arm.friction_viscous * v
+        rest = -coulomb_torque(v, arm.friction_coulomb, EXPECTED_FRICTION_SCALE) - arm.friction_viscous * v
         if last.friction is not None:
             rest += last.friction
         expected = last.acceleration + LLT(last.state.M).solve(rest)
         taken = (v - last.state.v) * self._rate - expected
-        # What friction alone can have taken from a joint that it holds says nothing about the environment.
+        # Friction alone can take this much from a joint that it holds, so it says nothing about the environment.
         held = arm.friction_coulomb * np.linalg.inv(last.state.M).diagonal()
         lower, upper = self._program.lower[: len(v)], self._program.upper[: len(v)]
         lower -= np.maximum(taken - held, 0.0)

@@ -1,4 +1,4 @@
-"""From a wanted tool acceleration to joint torques under limits: what every controller shares."""
+"""From a wanted tool acceleration to joint torques under limits: the part that every controller shares."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from time import perf_counter
 import numpy as np
 from eigenpy import LLT  # type: ignore[import-untyped]
 
+from ..arm.friction import coulomb_torque
 from ..arm.model import ArmModel
 from ..arm.state import ArmState
 from ..exceptions import ConfigurationError, SolverError
@@ -19,18 +20,23 @@ from ..tasks.frame_task import FrameTask, Objective
 from ..tasks.posture_task import PostureTask
 from ..types import Array, Command, ControllerOutput
 
-_NEAR = -200.0
-"""Bounds that allow more than this leave room for whatever joint friction does [rad/s²]."""
-_FRICTION_SCALE = 0.05
-"""Joint speed at which three quarters of the Coulomb friction are expected [rad/s]."""
-
 LIMITS = ("torque", "velocity", "position")
+"""Names of the limits, as arguments and in `active_limits`."""
 
+FRICTION_RESERVE = 200.0
+"""Distance to a bound beyond which joint friction cannot carry a light joint across it [rad/s²]; chosen."""
+EXPECTED_FRICTION_SCALE = 0.05
+"""Joint velocity at which three quarters of the Coulomb friction are expected near a limit [rad/s]; chosen."""
 ACTIVE = 1e-6
-"""A limit that is nearer than this is active [rad/s², N·m]."""
+"""Distance below which a limit is active [rad/s², N·m]; chosen below `FEASIBILITY`, the tolerance of an answer."""
 _FALLBACK_DAMPING = 10.0
+"""Damping of the joints while there is no solution, times their inertia [1/s]; chosen."""
 _DEMAND = 1.25
-"""On the border of what a joint can brake from, a bound demands its braking acceleration; beyond, a bit more."""
+"""Largest acceleration that a bound may demand, over the joint's braking acceleration; chosen.
+
+On the border of the states from which a joint can brake, a bound demands exactly the braking acceleration. Beyond the
+border it demands a bit more.
+"""
 
 
 class InverseDynamics:
@@ -39,11 +45,16 @@ class InverseDynamics:
         minimise    |W^½ (J a + Jdot_v - wanted)|² + w |a - a_posture|²
         subject to  bounds on a from velocity and position limits,    |S (M a + h + feed-forward)| <= torque limit
 
-    S is the identity but for joints that share motors; `TorqueLimit` has it.
+    S is the identity except for joints that share motors; see `TorqueLimit`.
 
-    The torque rows are hard. The bounds on a are hard too where that is possible; where a saturated arm cannot meet
-    them they are softened for that period, so that there is always a torque. Buffers are reused between calls, so one
-    instance serves one thread.
+    The torque rows are hard. The bounds on a are hard too, if a solution exists. If a saturated arm cannot meet them,
+    they are softened for that period, so there is always a torque. Buffers are reused between calls, so use one
+    instance in one thread only.
+
+    Attributes:
+        arm: Arm to control.
+        solver: Solver of the program.
+        posture_root: Square root of the posture's weight.
     """
 
     def __init__(
@@ -57,9 +68,17 @@ class InverseDynamics:
     ) -> None:
         """Allocate the program.
 
+        Args:
+            arm: Arm to control.
+            task: Task of the tool.
+            posture: Task of the posture.
+            limits: Limits to enforce, of "torque", "velocity" and "position".
+            solver: Name of the solver.
+            rate: Control rate [Hz].
+
         Raises:
-            ConfigurationError: where a limit or the solver is unknown, the rate is not positive, or the posture does
-                not fit the arm.
+            ConfigurationError: A limit or the solver is unknown, the rate is not positive, or the posture does not fit
+                the arm.
         """
         if unknown := [name for name in limits if name not in LIMITS]:
             raise ConfigurationError(f"no limit {unknown[0]!r}; the limits are {', '.join(LIMITS)}")
@@ -82,8 +101,8 @@ class InverseDynamics:
         self._fallback_limit = TorqueLimit(arm)
         self._torque_limit = self._fallback_limit if "torque" in limits else None
         self.solver = make_solver(solver)
-        # Everything affine in the state is one product: bounds, then targets for velocities, then for accelerations.
-        # The tool's six rows of each target are not affine and are written over the product's zeros.
+        # Everything affine in the state is one product: the bounds, the target velocities, the target accelerations.
+        # The tool's six rows of each target are not affine; they overwrite zeros of the product.
         rows = 6 + n
         matrices, offsets = posture.affine(n)
         affine_targets = np.zeros((2, rows, 2 * n + 1))
@@ -100,43 +119,47 @@ class InverseDynamics:
         self._tool_rows = Objective(self._A[:6], self._c[:6])
         lower, upper = np.full(2 * n, -np.inf), np.full(2 * n, np.inf)
         self._program = QuadraticProgram(np.zeros((n, n)), np.zeros(n), np.zeros((n, n)), lower, upper)
-        # Views that last are cheaper than slices in every period.
+        # Views that are made once are cheaper than slices in every period.
         self._acceleration_bounds = lower[:n], upper[:n]
         self._torque_bounds = lower[n:], upper[n:]
 
-    def is_far(self, nearest: float) -> bool:
-        """Return whether the nearest bound, as `AccelerationBounds.intersect` tells it, leaves friction out of account.
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.arm!r}, {self._task!r}, solver={self.solver.name!r})"
 
-        False for what is not a number.
+    def is_far(self, nearest: float) -> bool:
+        """Return whether every bound is far enough away that joint friction cannot reach it.
+
+        Args:
+            nearest: Value of `AccelerationBounds.intersect` [rad/s²]; NaN counts as near.
         """
-        return nearest <= (_NEAR if self._rubs else np.inf)
+        return nearest <= (-FRICTION_RESERVE if self._rubs else np.inf)
 
     def constants(self) -> tuple[Array, Array]:
-        """Return what is affine in the state, stacked (rows, 2 nv + 1), and S (nv, nv)."""
+        """Return the stacked matrix (rows, 2 nv + 1) of all that is affine in the state, and S (nv, nv)."""
         limit = self._torque_limit
         return self._matrix, np.eye(self.arm.nv) if limit is None or limit.matrix is None else limit.matrix
 
     def limits(self) -> Array:
-        """Return (3, nv): limits of S tau [N·m], and the accelerations that lower and upper bounds may demand."""
+        """Return (3, nv) the limits of S tau [N·m], and the accelerations that lower and upper bounds may demand."""
         limit = self._torque_limit
         torque = np.full(self.arm.nv, np.inf) if limit is None else limit.limit
         return np.vstack((torque, self._bounds.demand.reshape(2, -1)))
 
     @property
     def program(self) -> QuadraticProgram:
-        """The program as it was last assembled and solved; its arrays are reused by the next period."""
+        """The program that was assembled and solved last; the next period reuses its arrays."""
         return self._program
 
     def assemble(self, state: ArmState, wanted: Array, posture: Array | None = None) -> None:
         """Write the cost and the bounds on a.
 
         Args:
-            state: the arm.
-            wanted: (6,) acceleration of the tool [m/s², rad/s²].
-            posture: (nv,) in place of the posture task's target [rad].
+            state: State of the arm.
+            wanted: (6,) Wanted acceleration of the tool [m/s², rad/s²].
+            posture: (nv,) Joint positions in place of the posture task's target [rad].
 
         Raises:
-            ConfigurationError: where the posture has a wrong shape or holds a value that is not finite.
+            ConfigurationError: The posture has a wrong shape or a value that is not finite.
         """
         self._matrix.dot(state.x, out=self._values)
         if posture is not None:
@@ -151,38 +174,39 @@ class InverseDynamics:
         self._program = QuadraticProgram(self._A_transposed.dot(A), self._c.dot(A), G, lower, upper)
 
     def joint_velocity(self, twist: Array) -> Array:
-        """Return (nv,) the joint velocity that a tool twist and the posture ask for [rad/s]; after `assemble`.
+        """Return (nv,) the joint velocity that a tool twist and the posture ask for [rad/s].
 
-        The program's own cost with velocities in place of accelerations, limits aside.
+        It minimises the program's cost with velocities in place of accelerations, without the limits. Call `assemble`
+        first.
         """
         np.multiply(twist, self._task.sqrt_weight, out=self._tool_velocity)
         velocity: Array = LLT(self._program.H).solve(self._velocity_target.dot(self._A))
         return velocity
 
     def solve(self, state: ArmState, friction: Array | None = None, cancelled: Array | None = None) -> ControllerOutput:
-        """Return the torques for what was assembled.
+        """Return the torques of the program that was assembled.
 
-        Both torques below are added to that of the accelerations, and count into the torque limits.
+        Both torques below are added to that of the accelerations, and they count in the torque limits.
 
         Args:
-            state: the state that was assembled.
-            friction: (nv,) against the friction that is expected [N·m].
-            cancelled: (nv,) against what the environment is known to do to the joints [N·m].
+            state: State that was assembled.
+            friction: (nv,) Torque against the expected friction [N·m].
+            cancelled: (nv,) Torque against a known torque of the environment on the joints [N·m].
         """
         offset = state.h if friction is None else state.h + friction
         if cancelled is not None:
             offset = offset + cancelled
-        if self._rubs and self._nearest > _NEAR:
+        if self._rubs and self._nearest > -FRICTION_RESERVE:
             return self._solve_near_limits(state, offset, friction)
         return self._solve(state, offset)
 
     def _solve_near_limits(self, state: ArmState, offset: Array, compensated: Array | None) -> ControllerOutput:
-        """Solve for bounds on the accelerations that follow once friction has its say.
+        """Solve for bounds on the accelerations that follow after friction has acted.
 
-        What the feed-forward leaves of the friction, or adds to it, moves the joints beside what the program asks
-        for: next to a limit, friction that turns round with a joint would carry a light one beyond. Friction acts
-        against the present motion, or against that which a first solution predicts; the bounds of the second hold for
-        both, because it may be another than was predicted.
+        The difference between friction and its feed-forward moves the joints in addition to the program's
+        accelerations. Next to a limit, friction that changes its sign with the motion would carry a light joint beyond.
+        Friction acts against the present motion, or against the motion that a first solution predicts. The bounds of
+        the second solution hold for both, because the motion may differ from the prediction.
         """
         arm = self.arm
         lower, upper = self._acceleration_bounds
@@ -190,7 +214,7 @@ class InverseDynamics:
         v = state.v
         least, most = np.full(len(v), np.inf), np.full(len(v), -np.inf)
         for _ in range(2):
-            rest = -arm.friction_coulomb * np.tanh(v / _FRICTION_SCALE) - arm.friction_viscous * state.v
+            rest = -coulomb_torque(v, arm.friction_coulomb, EXPECTED_FRICTION_SCALE) - arm.friction_viscous * state.v
             if compensated is not None:
                 rest += compensated
             drift = LLT(state.M).solve(rest)
@@ -218,7 +242,7 @@ class InverseDynamics:
         if solution.margin > ACTIVE:
             return ControllerOutput(Command(torque), solution.x, (), elapsed)
         if limit is not None:
-            # Only round-off is cut here: the rows are hard, and the solver's answer was checked against them.
+            # This cuts round-off only: the rows are hard, and the solver's answer was checked against them.
             torque = limit.cut(torque)
         return ControllerOutput(Command(torque), solution.x, self._active(solution), elapsed)
 

@@ -1,4 +1,4 @@
-"""Operational-space motion control: the tool follows its reference as a unit mass would."""
+"""Operational-space motion control: the tool follows its reference as a unit mass does."""
 
 from __future__ import annotations
 
@@ -19,16 +19,17 @@ from .friction_compensation import FrictionCompensation
 from .inverse_dynamics import LIMITS, InverseDynamics
 
 DEFAULT_GAINS = MotionGains(stiffness=[900.0, 900.0, 900.0, 1600.0, 1600.0, 1600.0])
+"""Stiffness of the tool's motion [1/s²], critically damped; chosen."""
 
 
 class OperationalSpaceController:
     """Torques that make the tool follow position, velocity and acceleration of a reference, within all limits.
 
     After Khatib, "A unified approach for motion and force control of robot manipulators: the operational space
-    formulation", IEEE J. Robotics and Automation 3(1), 1987: where no limit is active and as the posture's weight goes
-    to zero, the tool accelerates as under his closed form.
+    formulation", IEEE J. Robotics and Automation 3(1), 1987. If no limit is active, and as the posture's weight goes to
+    zero, the tool accelerates as under Khatib's closed form.
 
-    A pure function of observation and reference: nothing is remembered between steps.
+    `step` is a pure function of observation and reference; nothing is remembered between steps.
     """
 
     def __init__(
@@ -48,31 +49,35 @@ class OperationalSpaceController:
         """Set up the controller.
 
         Args:
-            arm: the arm.
-            gains: of the tool's motion [1/s²].
-            posture: (nv,) preferred joint positions [rad], or a task with gains of its own; where absent, what the
-                tool leaves free is only damped.
-            weight: a scalar or (6,), of the tool's axes against each other.
-            mask: (6,) of truth values; a false axis is left free.
-            limits: which of "torque", "velocity" and "position" to enforce.
-            friction: whether, or how, to feed the arm's joint friction forward.
-            solver: "daqp", "osqp", "proxqp" or "quadprog".
-            rate: how often `step` is called [Hz]; velocity and position limits look ahead by two periods.
-            compiled: whether to run the usual period compiled, which needs numba; see `CompiledMotion`.
+            arm: Arm to control.
+            gains: Gains of the tool's motion [1/s²].
+            posture: (nv,) Preferred joint positions [rad], or a posture task; by default the freedom that the tool
+                leaves is only damped.
+            weight: Scalar or (6,) weights of the tool's axes against each other.
+            mask: (6,) Booleans; False leaves an axis free.
+            limits: Limits to enforce, of "torque", "velocity" and "position".
+            friction: Whether to feed the arm's joint friction forward, or the feed-forward itself.
+            solver: Name of the solver: "daqp", "osqp", "proxqp" or "quadprog".
+            rate: Rate at which you call `step` [Hz]; velocity and position limits look ahead by two periods.
+            compiled: Whether to run the usual period compiled, which needs numba; see `CompiledMotion`.
 
         Raises:
-            TypeError: where the gains are not `MotionGains`.
-            ConfigurationError: where another argument cannot be used.
+            GainsError: The gains are not `MotionGains`.
+            ArgumentError: A weight or the posture cannot be used.
+            ConfigurationError: Another argument cannot be used.
         """
         self.arm = arm
-        self._task = FrameMotionTask(gains, weight, mask)
         posture = posture if isinstance(posture, PostureTask) else PostureTask(posture)
+        self._task = FrameMotionTask(gains, weight, mask, posture_weight=posture.weight)
         self._dynamics = InverseDynamics(arm, self._task, posture, limits, solver, rate)
         if isinstance(friction, bool):
             self._friction = FrictionCompensation(arm) if friction else None
         else:
             self._friction = friction
         self._compiled = CompiledMotion(self._dynamics, self._task, self._friction) if compiled else None
+
+    def __repr__(self) -> str:
+        return f"OperationalSpaceController({self.arm!r}, {self._task!r}, solver={self._dynamics.solver.name!r})"
 
     def step(
         self,
@@ -85,16 +90,16 @@ class OperationalSpaceController:
         """Return the torques for one control period.
 
         Args:
-            observation: what the arm measures.
-            reference: where the tool should be.
-            posture: (nv,) in place of the preferred posture, for this period [rad].
-            state: `arm.update(observation.q, observation.v)` where the caller has it already.
-            disturbance: (nv,) torque of the environment on the joints to cancel within the torque limits [N·m], as
-                `DisturbanceObserver` estimates it; never in contact, where it would fight what is touched.
+            observation: Measurement of the arm.
+            reference: Reference of the tool.
+            posture: (nv,) Preferred posture for this period [rad].
+            state: `arm.update(observation.q, observation.v)`, if you have it already.
+            disturbance: (nv,) Torque of the environment on the joints [N·m], as `DisturbanceObserver` estimates it. It
+                is cancelled within the torque limits. Do not give it in contact: it would fight the touched object.
 
         Raises:
-            ModelError: where the observation has a wrong shape or holds a value that is not finite.
-            ConfigurationError: where the posture or the disturbance has or does.
+            ModelError: The observation has a wrong shape or a value that is not finite.
+            ConfigurationError: The posture or the disturbance has a wrong shape or a value that is not finite.
         """
         state = self.arm.update(observation.q, observation.v) if state is None else state
         if self._compiled is not None and posture is None and disturbance is None:

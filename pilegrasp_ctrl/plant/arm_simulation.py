@@ -209,7 +209,7 @@ def _with_errors(arm: ArmModel, mass_factor: float, payload: float) -> ArmModel:
     for joint in range(1, model.njoints):
         body = model.inertias[joint]
         model.inertias[joint] = pin.Inertia(mass_factor * body.mass, body.lever, mass_factor * body.inertia)
-    frame = model.frames[arm._frame]
+    frame = model.frames[model.getFrameId(arm.tool_frame)]
     if payload > 0.0:
         model.appendBodyToJoint(frame.parentJoint, pin.Inertia(payload, np.zeros(3), np.zeros((3, 3))), frame.placement)
     return ArmModel(

@@ -10,22 +10,26 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..arm.state import ArmState
+from ..exceptions import ArgumentError, GainsError
 from ..types import Array, Reference
 from .gains import MotionGains
+from .posture_task import POSTURE_WEIGHT
 from .singular_directions import SingularDirections
 
 _APPROACH_SPEED = 1.0
+"""Largest speed that the springs ask for [m/s]; chosen."""
 _APPROACH_TURN = 3.0
+"""Largest angular velocity that the springs ask for [rad/s]; chosen."""
 
 
 class Objective(NamedTuple):
     """The cost |A a + c|² of the joint accelerations a; a task's weight enters its rows as a square root.
 
-    Rows rather than H = Aᵀ A: all tasks then share one product, and a weight stays visible.
+    A task gives rows rather than H = Aᵀ A. All tasks then share one product, and a weight stays visible.
 
     Attributes:
-        A: (m, nv) rows.
-        c: (m,) what the rows are at a = 0.
+        A: (m, nv) Rows.
+        c: (m,) Value of the rows at a = 0.
     """
 
     A: Array
@@ -36,27 +40,30 @@ class FrameTask:
     """Rows sqrt(weight) (J a + Jdot_v - wanted acceleration), world axes, linear axes first.
 
     Attributes:
-        sqrt_weight: (6,) square roots of the weights; zero leaves an axis free.
+        sqrt_weight: (6,) Square roots of the weights; zero leaves an axis free.
     """
 
     def __init__(self, weight: ArrayLike = 1.0, mask: ArrayLike | None = None) -> None:
-        """Fix the weights.
+        """Set the weights.
 
         Args:
-            weight: a scalar or (6,), relative to other tasks.
-            mask: (6,) of truth values; a false axis is left free.
+            weight: Scalar or (6,) weights, relative to other tasks.
+            mask: (6,) Booleans; False leaves an axis free.
 
         Raises:
-            ValueError: where a weight is negative or not finite, or no axis is left.
+            ArgumentError: A weight is negative or not finite, or no axis is left.
         """
         weights = np.array(np.broadcast_to(np.asarray(weight, dtype=np.float64), (6,)))
         if mask is not None:
             weights *= np.asarray(mask, dtype=bool)
         if not np.isfinite(weights).all() or (weights < 0.0).any() or not weights.any():
-            raise ValueError(f"weight = {weights.tolist()} must be finite, not negative, and not zero on every axis")
+            raise ArgumentError(f"weight = {weights.tolist()} must be finite, not negative, and not zero on every axis")
         self.sqrt_weight: Array = np.sqrt(weights)
         self.sqrt_weight.setflags(write=False)
         self._column = None if (self.sqrt_weight == 1.0).all() else self.sqrt_weight[:, None]
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}(weight={(self.sqrt_weight**2).tolist()})"
 
     def write(self, objective: Objective, state: ArmState, acceleration: Array) -> None:
         """Fill this task's six rows of `objective` for the wanted tool `acceleration` (6,) [m/s², rad/s²]."""
@@ -70,47 +77,64 @@ class FrameTask:
 
 
 class FrameMotionTask(FrameTask):
-    """A second-order, inertia-independent decay of the tool's error.
+    """A second-order decay of the tool's error that does not depend on the arm's inertia.
 
-    The law is `a_ref + damping (v_ref - v) + stiffness e`, bent where it asks for what an arm cannot do:
+    The law is `a_ref + damping (v_ref - v) + stiffness e`. It deviates where that asks for what an arm cannot do:
 
     - The springs never ask for an approach faster than 1 m/s or 3 rad/s. Spring and damper together hold the speed
-      `stiffness e / damping`, and it is that which is shortened, in translation and rotation each as a whole. Large
-      errors then ask for a speed rather than for an acceleration, as in O. Khatib, IEEE J-RA 3(1), 1987; without it a
-      large error of one kind wins the limits of the arm for itself, and the tool strays in the other.
-    - Near singular postures `SingularDirections` takes back what is asked for in the directions that get lost.
+      `stiffness e / damping`. This speed is shortened, in translation and in rotation each as a whole. A large error
+      then asks for a speed rather than for an acceleration, as in O. Khatib, IEEE J-RA 3(1), 1987. Without this bound
+      a large error of one kind takes all that the arm's limits allow, and the tool strays in the other.
+    - Near singular postures `SingularDirections` reduces the acceleration along the directions that the arm is losing.
 
     Attributes:
-        gains: [1/s²].
-        rates: (6,) stiffness over damping, zero on free axes [1/s].
+        gains: Gains [1/s²].
+        rates: (6,) Stiffness over damping, zero on free axes [1/s].
     """
 
-    def __init__(self, gains: MotionGains, weight: ArrayLike = 1.0, mask: ArrayLike | None = None) -> None:
-        """Take gains in 1/s²; `weight` and `mask` as in `FrameTask`.
+    def __init__(
+        self,
+        gains: MotionGains,
+        weight: ArrayLike = 1.0,
+        mask: ArrayLike | None = None,
+        *,
+        posture_weight: float = POSTURE_WEIGHT,
+    ) -> None:
+        """Set the gains.
+
+        Args:
+            gains: Gains [1/s²].
+            weight: Weights as in `FrameTask`.
+            mask: Controlled axes as in `FrameTask`.
+            posture_weight: Weight of the `PostureTask` beside this task.
 
         Raises:
-            TypeError: where the gains are those of an impedance.
+            GainsError: The gains are those of an impedance.
+            ArgumentError: The weights cannot be used; see `FrameTask`.
         """
         if not isinstance(gains, MotionGains):
-            raise TypeError(f"motion control takes MotionGains in 1/s², not {type(gains).__name__}")
+            raise GainsError(f"motion control takes MotionGains in 1/s², not {type(gains).__name__}")
         super().__init__(weight, mask)
         self.gains = gains
         self._damping = gains.damping
-        # The error of a free axis must not shorten what is asked for along the others.
+        # The error of a free axis must not shorten the speed along the others.
         self.rates = gains.stiffness / gains.damping * (self.sqrt_weight > 0.0)
         self._slowest = min(_APPROACH_SPEED, _APPROACH_TURN)
-        self._singular = SingularDirections(self.sqrt_weight > 0.0)
+        self._singular = SingularDirections(self.sqrt_weight > 0.0, posture_weight=posture_weight)
+
+    def __repr__(self) -> str:
+        return f"FrameMotionTask(stiffness={self.gains.stiffness.tolist()}, damping_ratio={self.gains.damping_ratio:g})"
 
     def acceleration(self, state: ArmState, reference: Reference, error: Array) -> Array:
         """Return (6,) the wanted tool acceleration [m/s², rad/s²].
 
         Args:
-            state: the arm.
-            reference: where the tool should be.
-            error: `pose_error(state, reference)`.
+            state: State of the arm.
+            reference: Reference of the tool.
+            error: (6,) `pose_error(state, reference)`.
         """
         wanted = self.rates * error
-        # What is short as a whole is short in both parts: nearly every period.
+        # A vector that is short as a whole is short in both parts. This holds in nearly every period.
         if hypot(*wanted.tolist()) > self._slowest:
             shorten(wanted[:3], _APPROACH_SPEED)
             shorten(wanted[3:], _APPROACH_TURN)
@@ -121,10 +145,10 @@ class FrameMotionTask(FrameTask):
         return self._singular.bend(state, wanted)
 
     def thresholds(self) -> tuple[float, float, float]:
-        """Return up to where the law is the plain one.
+        """Return the bounds within which the law is the plain one.
 
-        The length of `rates e`, the square of the length of the wanted acceleration less Jdot v, and the square of the
-        least singular value of J above which that may be longer.
+        The first is the length of `rates e`. The second is the squared length of the wanted acceleration less Jdot v.
+        The third is the squared least singular value of J above which that acceleration may be longer.
         """
         return self._slowest, self._singular.free**2, self._singular.threshold**2
 
@@ -137,12 +161,12 @@ def shorten(vector: Array, length: float) -> None:
 
 
 def pose_error(state: ArmState, reference: Reference) -> Array:
-    """Return (6,) how far the tool is from its reference [m, rad], world axes.
+    """Return (6,) the error of the tool's pose [m, rad], world axes.
 
-    The orientation's part is the rotation vector of R_ref Rᵀ, whose derivative is the difference of the angular
-    velocities to first order in the error. It is the shortest turn, at most half a turn long. A reference that is half
-    a turn ahead may be reached in either sense, and one is taken; where it gets ahead by more, the vector changes its
-    sense at once. The tool itself is never brought there: a controller turns away from that border on either side.
+    The rotational part is the rotation vector of R_ref Rᵀ. Its derivative is the difference of the angular velocities,
+    to first order in the error. It is the shortest rotation, at most half a turn. If the reference is half a turn
+    ahead, one of the two senses is taken; if it gets further ahead, the vector changes its sense at once. The tool
+    itself never gets there, because a controller turns away from that border on either side.
     """
     error = np.empty(6)
     pose = reference.pose

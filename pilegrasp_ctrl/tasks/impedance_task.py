@@ -8,11 +8,13 @@ from eigenpy import LLT, SelfAdjointEigenSolver  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike
 
 from ..arm.state import ArmState
+from ..exceptions import GainsError
 from ..types import Array, Reference
 from .frame_task import FrameTask
 from .gains import Impedance
 
 _SLOWEST_MODE = 1e-3
+"""Natural frequency below which no mode is taken, so that the damping stays finite at a singular posture [rad/s]."""
 
 
 class ImpedanceTask(FrameTask):
@@ -22,14 +24,14 @@ class ImpedanceTask(FrameTask):
 
         Lambda (x'' - a_ref) = K e + D e' + F_des + F_env,    e' = v_ref - v,
 
-    which needs no measured wrench: the environment adds F_env by itself. The springs' part of D damps each mode of
-    (Lambda, K) at the same ratio: D = 2 ratio (Lambda # K), with the geometric mean of the two matrices, which is
-    the double diagonalisation of Albu-Schäffer, Ott, Frese and Hirzinger, "Cartesian impedance control of
-    redundant robots: recent results with the DLR-light-weight-arms", ICRA 2003. With `inertia`, that diagonal inertia
-    stands in place of Lambda, and the measured wrench is cancelled and put to act on it.
+    which needs no measured wrench, because the environment adds F_env by itself. The springs' part of D damps each mode
+    of (Lambda, K) at the same ratio: D = 2 ratio (Lambda # K) with the geometric mean # of the two matrices. This is
+    the double diagonalisation of Albu-Schäffer, Ott, Frese and Hirzinger, "Cartesian impedance control of redundant
+    robots: recent results with the DLR-light-weight-arms", ICRA 2003. With `inertia`, that diagonal inertia replaces
+    Lambda; the measured wrench is cancelled and acts on this inertia instead.
 
     Attributes:
-        impedance: the gains.
+        impedance: Gains [N/m, N·m/rad].
         stiffness: (6, 6) K [N/m, N·m/rad].
     """
 
@@ -40,20 +42,21 @@ class ImpedanceTask(FrameTask):
         mask: ArrayLike | None = None,
         stiffness: Array | None = None,
     ) -> None:
-        """Take an impedance in N/m.
+        """Set the gains.
 
         Args:
-            impedance: the gains.
-            weight: as in `FrameTask`.
-            mask: as in `FrameTask`.
-            stiffness: (6, 6) symmetric and positive semi-definite, in place of the impedance's own springs; their
+            impedance: Gains [N/m, N·m/rad].
+            weight: Weights as in `FrameTask`.
+            mask: Controlled axes as in `FrameTask`.
+            stiffness: (6, 6) Symmetric, positive semi-definite matrix in place of the impedance's springs; their
                 damping stays.
 
         Raises:
-            TypeError: where the gains are those of motion control.
+            GainsError: The gains are those of motion control.
+            ArgumentError: The weights cannot be used; see `FrameTask`.
         """
         if not isinstance(impedance, Impedance):
-            raise TypeError(f"impedance control takes an Impedance in N/m and N·m/rad, not {type(impedance).__name__}")
+            raise GainsError(f"impedance control takes an Impedance in N/m and N·m/rad, not {type(impedance).__name__}")
         super().__init__(weight, mask)
         self.impedance = impedance
         self.stiffness: Array = np.diag(impedance.stiffness) if stiffness is None else stiffness
@@ -67,6 +70,9 @@ class ImpedanceTask(FrameTask):
         if impedance.inertia is not None:
             self._shaped_damping = self.damping(np.diag(1.0 / impedance.inertia))
 
+    def __repr__(self) -> str:
+        return f"ImpedanceTask(stiffness={self.impedance.stiffness.tolist()}, frame={self.impedance.frame!r})"
+
     def acceleration(
         self,
         state: ArmState,
@@ -76,16 +82,16 @@ class ImpedanceTask(FrameTask):
         wrench: Array,
         mobility: Array | None = None,
     ) -> Array:
-        """Return (6,) the wanted tool acceleration [m/s², rad/s²], everything in the axes of the gains.
+        """Return (6,) the wanted tool acceleration [m/s², rad/s²]; everything is in the axes of the gains.
 
         Args:
-            state: the arm.
-            reference: where the springs rest.
-            error: `pose_error(state, reference)`.
-            desired_force: (6,) what the hand shall exert on the environment [N, N·m].
-            wrench: (6,) what the environment does to the hand, at the tool's origin [N, N·m]; used where the
+            state: State of the arm.
+            reference: Rest pose of the springs and its motion.
+            error: (6,) `pose_error(state, reference)`.
+            desired_force: (6,) Wrench that the hand shall exert on the environment [N, N·m].
+            wrench: (6,) Wrench of the environment on the hand, at the tool's origin [N, N·m]; used only if the
                 impedance has an inertia.
-            mobility: (6, 6) J M⁻¹ Jᵀ where the caller has it already.
+            mobility: (6, 6) J M⁻¹ Jᵀ, if the caller has it already.
         """
         impedance = self.impedance
         rate = reference.twist - state.twist
@@ -109,9 +115,9 @@ class ImpedanceTask(FrameTask):
     def damping(self, mobility: Array) -> Array:
         """Return D (6, 6) [N·s/m, N·m·s/rad] for the tool's mobility Lambda⁻¹ (6, 6).
 
-        With K = B Bᵀ, Lambda # K = B (Bᵀ Lambda⁻¹ B)^-½ Bᵀ, whatever the factor B. The bracket's eigenvalues are the
-        squares of the modes' natural frequencies [rad²/s²]. At a singular posture one is zero; it is kept off that,
-        and the acceleration stays finite because the mobility multiplies the force afterwards.
+        With K = B Bᵀ, Lambda # K = B (Bᵀ Lambda⁻¹ B)^-½ Bᵀ for any factor B. The bracket's eigenvalues are the squares
+        of the modes' natural frequencies [rad²/s²]. At a singular posture one of them is zero and is kept above it. The
+        acceleration stays finite, because the mobility multiplies the force afterwards.
         """
         damping = np.diag(self.impedance.damping)
         if self._sprung:
@@ -126,7 +132,7 @@ class ImpedanceTask(FrameTask):
 
 
 def _isotropic(stiffness: Array) -> bool:
-    """Whether K e is the gradient of ½ eᵀ K e for rotations of any size: no coupling, one rotational stiffness."""
+    """Return whether K e is the gradient of ½ eᵀ K e for any rotation: no coupling, one rotational stiffness."""
     rotation = stiffness[3:, 3:]
     return not np.any(stiffness[:3, 3:]) and np.array_equal(rotation, rotation[0, 0] * np.eye(3))
 
@@ -134,7 +140,7 @@ def _isotropic(stiffness: Array) -> bool:
 def _moment(gradient: Array, rotation: Array) -> Array:
     """Return (3,) the moment of a spring whose potential has `gradient` (3,) in the rotation vector `rotation` (3,).
 
-    Springs that differ from axis to axis would otherwise give energy away on a closed path of large rotations
+    Without it, springs that differ from axis to axis would give energy away on a closed path of large rotations
     (F. Caccavale, C. Natale, B. Siciliano and L. Villani, "Six-DOF impedance control based on angle/axis
     representations", IEEE T-RA 15(2), 1999). The two agree to first order in the rotation.
     """

@@ -10,20 +10,24 @@ from numpy.typing import ArrayLike
 from ..exceptions import ConfigurationError
 from ..types import Array, frozen_array
 
+POSTURE_WEIGHT = 1e-4
+"""Default weight of the posture against the tool's weight of 1; chosen so that it does not disturb the tool."""
+
 
 class PostureTask:
     """Rows sqrt(weight) (a - stiffness (q* - q) + damping v).
 
-    The weight is small against the tool's: it decides where the tool leaves a choice, and it bounds the joint
-    accelerations near singular postures as damped least squares do, for small wishes; `SingularDirections` is for the
-    large ones. Its rows are affine in the state, so that a controller evaluates them in one product with the limits'
+    The weight is small against the tool's. It decides where the tool leaves a choice. For small accelerations it also
+    bounds the joint accelerations near singular postures, as damped least squares do; `SingularDirections` does this
+    for large ones. The rows are affine in the state, so a controller evaluates them in one product with the limits'
     bounds.
 
     Attributes:
-        target: (nv,) the preferred joint positions q* [rad]; None only damps.
-        stiffness: [1/s²].
+        target: (nv,) Preferred joint positions q* [rad]; None only damps.
+        stiffness: Stiffness [1/s²].
         damping: 2 damping_ratio sqrt(stiffness) [1/s].
-        weight: relative to other tasks.
+        weight: Weight relative to other tasks.
+        sqrt_weight: Square root of the weight.
     """
 
     def __init__(
@@ -31,13 +35,19 @@ class PostureTask:
         target: ArrayLike | None = None,
         stiffness: float = 100.0,
         damping_ratio: float = 1.0,
-        weight: float = 1e-4,
+        weight: float = POSTURE_WEIGHT,
     ) -> None:
-        """Fix the target and the gains.
+        """Set the target and the gains.
+
+        Args:
+            target: (nv,) Preferred joint positions [rad]; None only damps.
+            stiffness: Stiffness [1/s²].
+            damping_ratio: Damping ratio; 1 is critical damping.
+            weight: Weight relative to other tasks.
 
         Raises:
-            ConfigurationError: where a number is not positive and finite.
-            ValueError: where the target is not a vector of finite numbers.
+            ConfigurationError: A number is not positive and finite.
+            ArgumentError: The target is not a vector of finite numbers.
         """
         for name, value in (("stiffness", stiffness), ("damping_ratio", damping_ratio), ("weight", weight)):
             if not 0.0 < value < np.inf:
@@ -48,11 +58,15 @@ class PostureTask:
         self.weight = float(weight)
         self.sqrt_weight = sqrt(weight)
 
-    def affine(self, nv: int) -> tuple[Array, Array]:
-        """Return matrices (2, nv, 2 nv) and offsets (2, nv) of two blocks of rows that are affine in x = [q; v].
+    def __repr__(self) -> str:
+        target = None if self.target is None else self.target.tolist()
+        return f"PostureTask({target}, stiffness={self.stiffness:g}, weight={self.weight:g})"
 
-        The first is the velocity toward the posture, `sqrt(weight) stiffness / damping (q* - q)`, the slow mode of
-        spring and damper. The second is c of the objective, `sqrt(weight) (damping v - stiffness (q* - q))`.
+    def affine(self, nv: int) -> tuple[Array, Array]:
+        """Return matrices (2, nv, 2 nv) and offsets (2, nv) of two blocks of rows that are affine in [q; v].
+
+        The first block is the velocity toward the posture, `sqrt(weight) stiffness / damping (q* - q)`: the slow mode
+        of spring and damper. The second is c of the objective, `sqrt(weight) (damping v - stiffness (q* - q))`.
         """
         identity, zero = np.eye(nv), np.zeros((nv, nv))
         spring = zero if self.target is None else self.sqrt_weight * self.stiffness * identity

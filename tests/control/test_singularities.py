@@ -6,8 +6,10 @@ import pytest
 from scipy.optimize import least_squares
 
 from arms import ARMS, HOME, load, random_states, simulate, without_friction
+from khatib import least_squares_torque
 from pilegrasp_ctrl.control.operational_space import DEFAULT_GAINS, OperationalSpaceController
-from pilegrasp_ctrl.tasks.frame_task import pose_error
+from pilegrasp_ctrl.tasks.frame_task import FrameMotionTask, pose_error
+from pilegrasp_ctrl.tasks.posture_task import POSTURE_WEIGHT, PostureTask
 from pilegrasp_ctrl.tasks.singular_directions import SingularDirections
 from pilegrasp_ctrl.trajectories.straight_line import StraightLine
 from pilegrasp_ctrl.types import Observation, Pose, Reference
@@ -270,13 +272,14 @@ def bent(state, wanted, directions):
     y, speed = U.T @ (wanted - state.Jdot_v), U.T @ state.twist
     depth = np.where(sigma < directions.threshold, (1.0 - (sigma / directions.threshold) ** 2) ** 2, 0.0)
     squared = depth * np.maximum(np.abs(y) - directions.free, 0.0) / directions.rate**2
-    share = squared / (sigma**2 + 1e-4 + squared)
+    share = squared / (sigma**2 + directions.posture_weight + squared)
     return state.Jdot_v + U @ ((1.0 - share) * y - share * directions.damping * speed)
 
 
+@pytest.mark.parametrize("weight", [POSTURE_WEIGHT, 1e-2])
 @pytest.mark.parametrize("name", ARMS)
-def test_the_bent_wish_is_the_formula_and_regular_postures_keep_theirs(name):
-    arm, directions = load(name), SingularDirections()
+def test_the_reduced_acceleration_is_the_formula_and_regular_postures_keep_theirs(name, weight):
+    arm, directions = load(name), SingularDirections(posture_weight=weight)
     rng = np.random.default_rng(0)
     kept = 0
     for q, v in random_states(arm, 200):
@@ -287,6 +290,22 @@ def test_the_bent_wish_is_the_formula_and_regular_postures_keep_theirs(name):
             np.testing.assert_array_equal(answer, wanted)
             kept += 1
     assert 50 < kept < 150
+
+
+@pytest.mark.parametrize("weight", [POSTURE_WEIGHT, 1e-2])
+def test_near_a_singular_posture_the_controller_counts_with_the_weight_of_its_posture_task(weight):
+    arm, q = without_friction("wam7"), STRETCHED["wam7"]
+    state = arm.update(q, 0.0 * q)
+    reference = Reference(state.pose.moved(0.3 * outward(arm, state.pose)[0]))
+    posture = PostureTask(HOME["wam7"], weight=weight)
+    controller = OperationalSpaceController(arm, posture=posture, limits=())
+    error = pose_error(state, reference)
+    wanted = FrameMotionTask(DEFAULT_GAINS, posture_weight=weight).acceleration(state, reference, error)
+    with_default = FrameMotionTask(DEFAULT_GAINS).acceleration(state, reference, error)
+    assert (np.abs(wanted - with_default).max() > 1.0) == (weight != POSTURE_WEIGHT)
+    expected = least_squares_torque(state, wanted, 100.0 * (HOME["wam7"] - q), np.ones(6), weight)
+    output = controller.step(Observation(0.0, q, 0.0 * q), reference)
+    np.testing.assert_allclose(output.command.torque, expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", ARMS)

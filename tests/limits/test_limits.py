@@ -71,6 +71,18 @@ def test_the_braking_acceleration_is_within_the_torque_of_every_joint(arm):
         assert (needed <= arm.torque_limit).all()
 
 
+def test_a_joint_brakes_with_half_of_the_torque_that_gravity_and_friction_leave_in_the_worst_posture(arm):
+    """One half: coupling with other joints and a load in the hand may take the rest."""
+    braking = braking_acceleration(arm)
+    left = np.full(arm.nv, np.inf)
+    for q, _ in random_states(arm, 300, seed=5):
+        state = arm.update(q, np.zeros(arm.nv))
+        spare = arm.torque_limit - np.abs(state.h) - arm.friction_coulomb
+        left = np.minimum(left, spare / state.M.diagonal())
+    # The worst of these postures is a little less bad than that of the function's own.
+    np.testing.assert_allclose(braking / left, 0.5, rtol=0.1)
+
+
 def test_torque_rows_hold_exactly_the_torques_within_the_limit(arm):
     q, v = next(random_states(arm, 1))
     state = arm.update(q, v)

@@ -1,0 +1,140 @@
+"""Pinocchio models from files: a URDF with tool and base, and the folders of arms that ship with the library."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from ..exceptions import ModelError
+from ..types import MassProperties, Pose, frozen_array
+
+_JOINT_KEYS = {
+    "q_lower": "position_lower",
+    "q_upper": "position_upper",
+    "velocity_limit": "velocity",
+    "torque_limit": "torque_peak",
+    "armature": "armature",
+    "friction_coulomb": "friction_coulomb",
+    "friction_viscous": "friction_viscous",
+}
+"""Argument of `ArmModel.from_urdf` -> key in the table [joints] of `robot.toml`."""
+
+_MOTOR_KEYS = {"joint_to_motor": "joint_to_motor", "motor_torque_limit": "motor_torque_peak"}
+"""Argument of `ArmModel.from_urdf` -> key in the table [transmission] of `robot.toml`."""
+
+
+class ArmFolder(NamedTuple):
+    """What the folder of an arm says about it.
+
+    Attributes:
+        urdf: Path of the URDF.
+        flange_frame: Name of the frame that carries the tool.
+        joint_names: Names of the joints, in the order of the numbers.
+        numbers: Arguments of `ArmModel.from_urdf` for limits, friction, inertia of the drives and transmission.
+    """
+
+    urdf: Path
+    flange_frame: str
+    joint_names: tuple[str, ...]
+    numbers: dict[str, Any]
+
+
+def read_arm_folder(name: str) -> ArmFolder:
+    """Return what `robots/<name>/robot.toml` says about an arm.
+
+    Raises:
+        ModelError: There is no such folder, or its `robot.toml` does not describe an arm.
+    """
+    from ..robots import description, path
+
+    table = description(name)
+    try:
+        robot, joints = table["robot"], table["joints"]
+        numbers = {argument: joints[key] for argument, key in _JOINT_KEYS.items()}
+        if "transmission" in table:
+            for argument, key in _MOTOR_KEYS.items():
+                numbers[argument] = table["transmission"][key]
+        return ArmFolder(path(name, robot["urdf"]), robot["flange_frame"], tuple(joints["names"]), numbers)
+    except KeyError as error:
+        raise ModelError(f"{name}: its robot.toml has no key {error}, so it is not an arm to load") from None
+
+
+def read_urdf(
+    path: str | PathLike[str],
+    tool_frame: str,
+    name: str,
+    *,
+    transform_tool_to_frame: Pose | None,
+    tool: MassProperties | None,
+    base: Pose | None,
+    gravity: ArrayLike,
+    locked_joints: Sequence[str] | Mapping[str, float],
+    armature: ArrayLike | None,
+) -> tuple[pin.Model, str]:
+    """Return a URDF's model with tool, base and locked joints, and the name of the controlled frame.
+
+    The arguments are those of `ArmModel.from_urdf`; `name` is how errors call the arm.
+
+    Raises:
+        ModelError: The file cannot be read, or an argument does not fit it.
+    """
+    if not Path(path).is_file():
+        raise ModelError(f"{path}: no such URDF file")
+    try:
+        model = pin.buildModelFromUrdf(str(path))
+    except (ValueError, RuntimeError) as error:
+        raise ModelError(f"{path}: is not a URDF that Pinocchio can read: {error}") from error
+    model.gravity.linear = frozen_array(gravity, (3,), "gravity")
+    model = _lock_joints(model, locked_joints, name)
+    if not model.existFrame(tool_frame):
+        known = ", ".join(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
+        raise ModelError(f"{name}: no frame {tool_frame!r} for the tool; the links are {known}")
+    if base is not None:
+        _place_base(model, base)
+    if armature is not None:
+        if np.shape(armature) != (model.nv,) or not np.all(np.asarray(armature) >= 0.0):
+            raise ModelError(f"{name}: armature must be {model.nv} numbers that are not negative")
+        model.armature = np.array(armature, dtype=np.float64)
+    frame = model.frames[model.getFrameId(tool_frame)]
+    if tool is not None:
+        body = pin.Inertia(tool.mass, np.array(tool.center_of_mass), np.array(tool.inertia))
+        model.appendBodyToJoint(frame.parentJoint, body, frame.placement)
+    if transform_tool_to_frame is None:
+        return model, tool_frame
+    controlled = f"{tool_frame}_tool"
+    placement = frame.placement * _se3(transform_tool_to_frame)
+    parent = model.getFrameId(tool_frame)
+    model.addFrame(pin.Frame(controlled, frame.parentJoint, parent, placement, pin.FrameType.OP_FRAME))
+    return model, controlled
+
+
+def _se3(pose: Pose) -> pin.SE3:
+    return pin.SE3(np.array(pose.rotation), np.array(pose.translation))
+
+
+def _lock_joints(model: pin.Model, joints: Sequence[str] | Mapping[str, float], name: str) -> pin.Model:
+    if not joints:
+        return model
+    q = pin.neutral(model)
+    for joint in joints:
+        if not model.existJointName(joint):
+            raise ModelError(f"{name}: no joint {joint!r} to lock; the joints are {', '.join(list(model.names)[1:])}")
+        if isinstance(joints, Mapping):
+            q[model.joints[model.getJointId(joint)].idx_q] = joints[joint]
+    return pin.buildReducedModel(model, [model.getJointId(joint) for joint in joints], q)
+
+
+def _place_base(model: pin.Model, base: Pose) -> None:
+    transform = _se3(base)
+    for joint in range(1, model.njoints):
+        if model.parents[joint] == 0:
+            model.jointPlacements[joint] = transform * model.jointPlacements[joint]
+    for frame in model.frames[1:]:
+        if frame.parentJoint == 0:
+            frame.placement = transform * frame.placement
