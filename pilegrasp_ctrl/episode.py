@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .analysis.grasp_check import NOTHING_HELD, are_held
+from .analysis.kept_objects import NOTHING_HELD, are_held
 from .config import Scenario, load_scenario
 from .control.saturation_monitor import SaturationMonitor
 from .exceptions import ConfigurationError

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from pilegrasp_ctrl.analysis.reading import signal_at
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.types import rotation_matrices
-from pilegrasp_ctrl.viewer.overlays import at_frames
 from pilegrasp_ctrl.viewer.summary import summarize
 
 # Directions from the scene to the camera (azimuth from +x, elevation) in degrees, the preferred ones first: a push runs
@@ -91,7 +91,7 @@ def best_direction(recording: Recording) -> NDArray[np.float64]:
     roles = [body.role for body in recording.bodies]
     objects = _spread([i for i, role in enumerate(roles) if role == "object"])
     hand = _spread([i for i, role in enumerate(roles) if role == "hand"])
-    tool = at_frames(recording, "tool_position", 3)
+    tool = signal_at(recording, "tool_position", recording.frame_time)
     moments = _moments(recording)
     hidden = np.zeros(len(candidates))
     for frame in moments:

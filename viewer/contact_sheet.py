@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from pilegrasp_ctrl.analysis.meta import plain
+from pilegrasp_ctrl.analysis.reading import plain
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.files import write_whole
 from pilegrasp_ctrl.recording import Recording

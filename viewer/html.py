@@ -18,6 +18,7 @@ from pilegrasp_ctrl.files import write_whole
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.commands import commands, pack
 from pilegrasp_ctrl.viewer.contact_block import contact_block
+from pilegrasp_ctrl.viewer.motion import with_motion
 from pilegrasp_ctrl.viewer.panel import panel_data, panel_html
 from pilegrasp_ctrl.viewer.summary import Summary, summarize
 
@@ -73,13 +74,14 @@ def page(recording: Recording, beside: Recording | None = None) -> str:
     Raises:
         ExportError: where meshcat's viewer is missing or a recording is too long for a page.
     """
-    recordings = (recording,) if beside is None else (recording, beside)
-    for shown in recordings:
+    given = (recording,) if beside is None else (recording, beside)
+    for shown in given:
         if shown.frame_time.size > MOST_FRAMES:
             raise ExportError(
                 f"the recording holds {shown.frame_time.size} frames, and a page plays {MOST_FRAMES} at most; "
                 "record an attempt that is shorter"
             )
+    recordings = tuple(map(with_motion, given))
     summaries = [summarize(shown.meta) for shown in recordings]
     window = (
         min(float(shown.frame_time[0]) for shown in recordings),

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pilegrasp_ctrl.analysis.meta import lookup, number, plain, text
+from pilegrasp_ctrl.analysis.reading import lookup, number, plain, text
 from pilegrasp_ctrl.exceptions import ExportError
 
 STUDY = "study.db"

@@ -166,32 +166,49 @@ const makeOverlays = (() => {
     return new MeshCat.THREE.Vector3(...a).lerp(new MeshCat.THREE.Vector3(...b), Math.max(0, Math.min(1, share)));
   }
 
-  // Figure 2 of the paper: relative motion in a funnel before the hand, absolute motion outside.
-  function field(viewer, data, moving) {
-    const { push } = data;
-    if (!push || !data.tool || data.frameTime.length < 2 || !moving.length) return null;
-    const { Vector3, LineLoop, BufferGeometry, LineBasicMaterial, Mesh, MeshBasicMaterial, ShapeGeometry, Shape, Vector2 } = MeshCat.THREE;
-    const group = layer(viewer, "field");
-    const inside = arrows(group, moving.length, 0xd62728, 0.003);
-    const outside = arrows(group, moving.length, 0x1565c0, 0.003);
-    const far = push.half + push.length * Math.tan(push.opening);
-    const outline = [[0, push.half], [push.length, far], [push.length, -far], [0, -push.half]];
-    const funnel = new MeshCat.THREE.Group();
+  // Left and right side of the measured funnel at a distance ahead of the hand's leading edge; beyond its end null.
+  function sidesAt({ funnel, half, length }, x) {
+    if (x < 0) return x > -length ? [-half, half] : null;
+    const k = funnel.findIndex(([distance]) => distance >= x);
+    if (k < 0) return null;
+    if (k === 0) return funnel[0].slice(1);
+    const share = (x - funnel[k - 1][0]) / (funnel[k][0] - funnel[k - 1][0]);
+    return [1, 2].map((side) => funnel[k - 1][side] + share * (funnel[k][side] - funnel[k - 1][side]));
+  }
+
+  // The funnel between the two stream lines that end at the hand's leading edge.
+  function funnelOutline({ funnel }) {
+    const { Vector3, LineLoop, BufferGeometry, LineBasicMaterial, Mesh, MeshBasicMaterial, ShapeGeometry, Shape, Vector2, Group } = MeshCat.THREE;
+    const group = new Group();
+    group.name = "funnel";
+    if (funnel.length < 2) return group;
+    const outline = [...funnel.map(([x, right]) => [x, right]), ...funnel.toReversed().map(([x, , left]) => [x, left])];
     const look = { color: 0xd62728, depthTest: false, transparent: true };
     const area = new Mesh(new ShapeGeometry(new Shape(outline.map((p) => new Vector2(...p)))), new MeshBasicMaterial({ ...look, opacity: 0.12, side: 2 }));
     const edge = new LineLoop(new BufferGeometry().setFromPoints(outline.map(([x, y]) => new Vector3(x, y, 0))), new LineBasicMaterial(look));
     area.renderOrder = edge.renderOrder = 8;
-    funnel.add(area, edge);
+    group.add(area, edge);
+    return group;
+  }
+
+  // Figure 2 of the paper: relative motion in the funnel before the hand, absolute motion outside.
+  function field(viewer, data, moving) {
+    const { push } = data;
+    if (!push || !data.tool || data.frameTime.length < 2 || !moving.length) return null;
+    const group = layer(viewer, "field");
+    const inside = arrows(group, moving.length, 0xd62728, 0.003);
+    const outside = arrows(group, moving.length, 0x1565c0, 0.003);
+    const funnel = funnelOutline(push);
     group.add(funnel);
-    const along = new Vector3(push.direction[0], push.direction[1], 0);
-    const left = new Vector3(-along.y, along.x, 0);
+    const along = new MeshCat.THREE.Vector3(...data.forward, 0);
+    const left = new MeshCat.THREE.Vector3(-along.y, along.x, 0);
     let on = false;
     return {
       show: (visible) => (on = visible),
       update(moment) {
         group.visible = on && moment >= push.start && moment <= push.end;
         if (!group.visible) return;
-        const mouth = toolAt(data, moment).addScaledVector(along, push.front).addScaledVector(left, push.middle);
+        const mouth = toolAt(data, moment).addScaledVector(along, push.edge[0]).addScaledVector(left, push.edge[1]);
         funnel.position.set(mouth.x, mouth.y, 0.002);
         funnel.rotation.z = Math.atan2(along.y, along.x);
         const [before, after] = [Math.max(push.start, moment - WINDOW), Math.min(push.end, moment + WINDOW)];
@@ -201,12 +218,12 @@ const makeOverlays = (() => {
         outside.clear();
         for (const motion of moving) {
           const place = positionAt(motion, moment - data.start);
-          const way = positionAt(motion, after - data.start).sub(positionAt(motion, before - data.start)).setZ(0);
+          const step = positionAt(motion, after - data.start).sub(positionAt(motion, before - data.start)).setZ(0);
           const offset = place.clone().sub(mouth);
-          const [x, y] = [offset.dot(along), offset.dot(left)];
-          const within = x > -0.1 && x < push.length && Math.abs(y) < push.half + Math.max(0, x) * Math.tan(push.opening);
-          if (within) way.sub(hand);
-          if (way.length() * scale > 0.003) (within ? inside : outside).add(place, way.multiplyScalar(scale));
+          const sides = sidesAt(push, offset.dot(along));
+          const within = sides !== null && offset.dot(left) > sides[0] && offset.dot(left) < sides[1];
+          if (within) step.sub(hand);
+          if (step.length() * scale > 0.003) (within ? inside : outside).add(place, step.multiplyScalar(scale));
         }
         inside.finish();
         outside.finish();

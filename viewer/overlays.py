@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pilegrasp_ctrl.analysis.reading import signal_at
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.animation import Track, packed, pose_tracks, vector_track
 from pilegrasp_ctrl.viewer.shapes import column_major, group, material
@@ -20,15 +21,6 @@ _SHAFT_RADIUS = 0.006
 _HEAD_LENGTH = 0.04
 _LONGEST = 0.6
 _HIDDEN = 1e-4
-
-
-def at_frames(recording: Recording, name: str, width: int) -> NDArray[np.float64] | None:
-    """Return the first `width` columns of a signal at the frames' times (F, width), or None where it is absent."""
-    signal = recording.signals.get(name)
-    if signal is None or signal.ndim != 2 or signal.shape[1] < width or not signal.size:
-        return None
-    columns = [np.interp(recording.frame_time, recording.signal_time, signal[:, k]) for k in range(width)]
-    return np.stack(columns, axis=1)
 
 
 def direction_quaternions(vectors: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -115,12 +107,12 @@ def wrist_wrench(recording: Recording, times: NDArray[np.float32]) -> Drawing:
     They point where the environment pushes the hand, 1 cm for a newton, and along the axis about which it turns it,
     10 cm for a newton metre. A recording without a sensor's body has them at the tool.
     """
-    wrench = at_frames(recording, "wrench", 6)
+    wrench = signal_at(recording, "wrench", recording.frame_time, 6)
     sensors = [index for index, body in enumerate(recording.bodies) if body.role == "sensor"]
     origin = (
         recording.body_position[:, sensors[0]].astype(np.float64)
         if sensors
-        else at_frames(recording, "tool_position", 3)
+        else signal_at(recording, "tool_position", recording.frame_time, 3)
     )
     if wrench is None or origin is None:
         return [], {}
@@ -143,7 +135,7 @@ def tool_paths(recording: Recording) -> list[dict[str, Any]]:
         ("reference", "reference_position", REFERENCE_COLOR),
         ("tool", "tool_position", TOOL_COLOR),
     ):
-        path = at_frames(recording, signal, 3)
+        path = signal_at(recording, signal, recording.frame_time, 3)
         track = (
             None
             if path is None

@@ -27,9 +27,9 @@ function makePanel(root, data, blocks) {
     return new Uint8Array(await new Response(stream).arrayBuffer());
   }
 
-  // From above, the push runs to the right of the picture.
+  // From above, the hand points to the right of the picture.
   function frame(above = false) {
-    const [x, y] = data.push?.direction ?? [1, 0];
+    const [x, y] = data.forward;
     sceneView.frame(panel.viewer, above ? { ...data.view, direction: [0.03 * y, -0.03 * x, 1] } : data.view);
     movedByHand = above;
   }

@@ -10,14 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from pilegrasp_ctrl.analysis.meta import plain, text
+from pilegrasp_ctrl.analysis.reading import plain, signal_at, text
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.camera import view
 from pilegrasp_ctrl.viewer.commands import node_path
 from pilegrasp_ctrl.viewer.fingers import tubes
 from pilegrasp_ctrl.viewer.lane import scalar_signal
-from pilegrasp_ctrl.viewer.overlays import at_frames
-from pilegrasp_ctrl.viewer.push_frame import push_frame
+from pilegrasp_ctrl.viewer.motion import forward, push_frame
 from pilegrasp_ctrl.viewer.summary import Phase, Summary, separated
 from pilegrasp_ctrl.viewer.timeline import styles, timeline
 
@@ -69,7 +68,7 @@ def panel_data(recording: Recording, summary: Summary) -> dict[str, Any]:
     names = [body.name for body in recording.bodies]
     times = recording.frame_time
     force = scalar_signal(recording, "push_force")
-    tool = at_frames(recording, "tool_position", 3)
+    tool = signal_at(recording, "tool_position", recording.frame_time)
     apart = separated(recording.meta)
     return {
         "start": float(times[0]),
@@ -80,6 +79,7 @@ def panel_data(recording: Recording, summary: Summary) -> dict[str, Any]:
         "phases": [{"name": p.name, "start": p.start, "end": p.end} for p in summary.phases],
         "objects": [path for path, body in zip(paths, recording.bodies, strict=True) if body.role == "object"],
         "tubes": tubes(recording, paths),
+        "forward": forward(recording),
         "push": push_frame(recording),
         "tool": None if tool is None else np.round(tool, 4).tolist(),
         "separated": {"path": paths[names.index(apart[0])], "time": apart[1]} if apart and apart[0] in names else None,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pilegrasp_ctrl.analysis.meta import lookup, number, plain, text
+from pilegrasp_ctrl.analysis.reading import lookup, number, plain, text
 from pilegrasp_ctrl.recording import Recording
 
 

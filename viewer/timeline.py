@@ -7,7 +7,7 @@ from html import escape
 
 import numpy as np
 
-from pilegrasp_ctrl.analysis.meta import plain
+from pilegrasp_ctrl.analysis.reading import plain
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.lane import Axes, Curve, Lane, nice_ticks, scalar_signal
 from pilegrasp_ctrl.viewer.summary import Event, Phase, Summary, events

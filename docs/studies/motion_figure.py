@@ -12,9 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
-from pilegrasp_ctrl.analysis.funnel import Funnel
-from pilegrasp_ctrl.analysis.motion_field import X_EDGES, Y_EDGES, MotionField
-from pilegrasp_ctrl.analysis.motion_pattern import MotionPattern
+from motion_table import MotionPattern
+from pilegrasp_ctrl.analysis.motion_field import X_EDGES, Y_EDGES, Funnel, MotionField
 from pilegrasp_ctrl.analysis.push_motion import PushMotion
 from pilegrasp_ctrl.recording import Recording, Shape
 from pilegrasp_ctrl.types import rotation_matrices

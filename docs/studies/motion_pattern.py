@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pilegrasp_ctrl as pg
 from motion_figure import pattern_figure
-from pilegrasp_ctrl.analysis.motion_pattern import MotionPattern, markdown
-from pilegrasp_ctrl.analysis.verdict import verdict
+from motion_table import MotionPattern, markdown
 from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.scenarios.paper.motion_verdict import motion_verdict
 from script import run_script, seed_range
 
 
@@ -27,7 +27,7 @@ def main(first: int = 0, last: int = 2, folder: Path = Path(".")) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     seeds = seed_range(first, last)
     patterns = [MotionPattern.of(kind, recordings(kind, seeds)) for kind in ("none", "wall", "corner")]
-    answers = verdict({pattern.name: pattern.measures for pattern in patterns})
+    answers = motion_verdict({pattern.name: pattern.measures for pattern in patterns})
     print(markdown(patterns), *(f"{name}: {answer}" for name, answer in answers.items()), sep="\n")
     pattern_figure(patterns).savefig(folder / "motion_pattern.png", dpi=130)
     rows = {"conditions": [pattern.summary() for pattern in patterns], "verdict": answers}

@@ -9,7 +9,7 @@ from statistics import fmean
 from tempfile import TemporaryDirectory
 
 import pilegrasp_ctrl as pg
-from pilegrasp_ctrl.analysis.table_force import table_force
+from pilegrasp_ctrl.analysis.motion import table_force
 from script import run_script, seed_range
 
 ERRORS = (0.0, 0.5, 1.0, 2.0)

@@ -1,4 +1,4 @@
-"""The hand as the pile meets it: its leading edge and how wide that is, from the recorded shapes."""
+"""The hand as the pile meets it, from the recorded shapes: its leading edge, and the side on which a wall is nearer."""
 
 from __future__ import annotations
 
@@ -9,16 +9,20 @@ import numpy as np
 from ..recording import Recording
 from ..types import Array, rotation_matrices
 
+OBLIQUE = 0.17
+"""Sine of 10°, chosen. A wall that is nearer than this to square to the hand, or to parallel with it, is no slanted
+wall."""
+
 
 @dataclass(frozen=True, slots=True)
 class HandMouth:
-    """Lines of the hand's frame with its origin at the tool, all in metres.
+    """Outline of the hand in its own frame, whose origin is the tool; all values are in metres.
 
     Attributes:
-        front: of the leading edge along x; an object whose centre lies behind it has the hand beneath it.
-        rear: where the hand ends against x.
-        right: where the leading edge ends to the right (smallest y).
-        left: where it ends to the left (largest y).
+        front: Position of the leading edge along x. The hand lies beneath an object whose centre is behind it.
+        rear: Position of the rearmost point along x.
+        right: Right end of the leading edge (smallest y).
+        left: Left end of the leading edge (largest y).
     """
 
     front: float
@@ -33,15 +37,15 @@ class HandMouth:
 
     @classmethod
     def of(cls, recording: Recording, frames: slice, tool: Array, axes: Array, depth: float) -> HandMouth | None:
-        """Return the median over some frames, or None where no hand was recorded.
+        """Return the median outline over some frames, or None if no hand was recorded.
 
         Args:
-            recording: the attempt.
-            frames: over which to look.
+            recording: The attempt.
+            frames: Frames to look at.
             tool: (F, 3) positions of the tool in those frames [m].
-            axes: (2, 3) level unit vectors where the hand points and to its left.
-            depth: shapes that reach within this of the foremost point, and of the lowest, make up the leading edge [m];
-                a thumb above the objects is no part of it.
+            axes: (2, 3) level unit vectors: where the hand points, and to its left.
+            depth: Distance from the foremost and from the lowest point within which a shape belongs to the leading edge
+                [m]. A thumb above the objects does not belong to it.
         """
         upright = np.vstack([axes, [0.0, 0.0, 1.0]])
         center, extent = _hand_boxes(recording, frames, upright)
@@ -57,8 +61,32 @@ class HandMouth:
         return cls(*(float(np.median(line)) for line in (front, low[..., 0].min(axis=1), right, left)))
 
 
+def nearer_side(recording: Recording, axes: Array) -> int:
+    """Return 1 if the walls ahead of the hand are nearer on its left, -1 on its right, 0 on neither side.
+
+    Neither side is nearer if the hand meets the walls square, or in a corner, whose walls slant to both sides.
+
+    Args:
+        recording: The attempt. An upright box of a support counts as a wall.
+        axes: (2, 3) level unit vectors: where the hand points, and to its left.
+    """
+    sides = set()
+    for index, body in enumerate(recording.bodies):
+        if body.role != "support":
+            continue
+        turn = rotation_matrices(recording.body_quaternion[0, index])
+        for shape in body.shapes:
+            if shape.kind != "box":
+                continue
+            normal = (turn @ rotation_matrices(shape.quaternion))[:, np.argmin(shape.half_extents())]
+            x, y = axes @ normal
+            if abs(x) > OBLIQUE:
+                sides.add(int(np.sign(x * y)) if abs(y) > OBLIQUE else 0)
+    return sides.pop() if len(sides) == 1 else 0
+
+
 def _hand_boxes(recording: Recording, frames: slice, axes: Array) -> tuple[Array, Array]:
-    """Return centres and half-extents (F, shapes, 3) of the hand's shapes along three axes."""
+    """Return centres and half-extents (F, shapes, 3) of the hand's shapes along three axes [m]."""
     centers, extents = [], []
     for index, body in enumerate(recording.bodies):
         if body.role != "hand":
@@ -67,8 +95,8 @@ def _hand_boxes(recording: Recording, frames: slice, axes: Array) -> tuple[Array
         place = recording.body_position[frames, index].astype(float)
         for shape in body.shapes:
             centers.append((place + turn @ np.array(shape.position)) @ axes.T)
-            own = axes @ turn @ rotation_matrices(shape.quaternion)
-            extents.append(np.abs(own) @ np.array(shape.half_extents()))
+            turned = axes @ turn @ rotation_matrices(shape.quaternion)
+            extents.append(np.abs(turned) @ np.array(shape.half_extents()))
     if not centers:
         return np.zeros((0, 0, 3)), np.zeros((0, 0, 3))
     return np.stack(centers, axis=1), np.stack(extents, axis=1)

@@ -1,4 +1,4 @@
-"""An attempt's motion pattern in numbers that JSON can hold."""
+"""An attempt in numbers that JSON can hold: its motion pattern, and how hard it pressed on the table."""
 
 from __future__ import annotations
 
@@ -8,34 +8,34 @@ from typing import Any
 import numpy as np
 
 from ..recording import Recording
-from .force_chains import force_chains
-from .funnel import Funnel
-from .grasp_check import are_held
-from .motion_field import MotionField
-from .push_motion import PushMotion, has_points, primitive, strategy_number, tool_position
-from .separation import Separation
-from .touching import touching
+from .contact_network import force_chains, objects_touching_hand
+from .kept_objects import Separation, held_names
+from .motion_field import Funnel, MotionField
+from .push_motion import PushMotion
+from .reading import primitive
 
-USUAL_LIFT = 0.2
+UNLOADED_TIME = 0.3
+"""Time at the start of the approach over which the force is averaged while nothing touches the hand [s]; chosen."""
 
 
 def measure(recording: Recording) -> dict[str, Any]:
-    """Return the motion pattern of an attempt, whatever came of it; what does not apply is None.
+    """Return the motion pattern of an attempt, whatever its outcome; a value that does not apply is None.
 
     Keys, in m and m/s:
-        triggered: whether the force along the push reached F_grasp.
-        hand_speed: median speed of the hand from the pile's first motion to the end of the push.
-        approach_speed: mean speed at which objects before the leading edge come nearer to the hand.
-        spread_speed: mean speed at which objects ahead of it and beside it move away from the edge, in the scene;
-            spread_forward and spread_sideways are the mean components of that motion along the push and across it.
-        mouth_width: of the hand's leading edge.
-        funnel_width: of the funnel, two diameters ahead of the edge.
+        triggered: Whether the force along the push reached F_grasp.
+        hand_speed: Median speed of the hand from the pile's first motion to the end of the push.
+        approach_speed: Mean speed at which objects ahead of the leading edge come nearer to the hand.
+        spread_speed: Mean speed at which objects ahead of the edge and beside it move away from it, in the scene.
+        spread_forward: Mean component of that motion along the push.
+        spread_sideways: Mean component of that motion across the push.
+        mouth_width: Width of the hand's leading edge.
+        funnel_width: Width of the funnel two diameters ahead of the edge.
         separated: {object, time, stabilised}, from the frames of the push alone.
-        in_hand: names of all objects in the hand at the end of the push, or touched right before its edge; the
-            separated one is among them.
-        held: names of the objects in the hand at the end.
-        agreed: whether the separated object is one of them; None where none is held.
-        force_chains: see `force_chains`; absent where the recording holds no contacts.
+        in_hand: Names of all objects that are in the hand at the end of the push, or touched right ahead of its edge.
+            The separated object is one of them.
+        held: Names of the objects in the hand at the end.
+        agreed: Whether the separated object is held; None if none is held.
+        force_chains: See `force_chains`; absent if the recording holds no contacts.
     """
     push = PushMotion.of(recording)
     separated, caught = None, np.zeros(0, dtype=bool)
@@ -45,7 +45,7 @@ def measure(recording: Recording) -> dict[str, Any]:
     names = ("approach_speed", "spread_speed", "spread_forward", "spread_sideways", "mouth_width", "funnel_width")
     result |= dict.fromkeys(("hand_speed", *names))
     if push:
-        every = push.in_hand | (touching(recording, push) & push.at_edge)
+        every = push.in_hand | (objects_touching_hand(recording, push) & push.at_edge)
         separated, caught = Separation.of(push, every), every[-1]
         result |= {"hand_speed": push.hand_speed, "mouth_width": 2.0 * push.half_width} | _speeds(push)
         result["funnel_width"] = Funnel.of(MotionField.of(push)).width_at(4.0 * push.radius)
@@ -60,28 +60,35 @@ def measure(recording: Recording) -> dict[str, Any]:
 
 
 def annotate(recording: Recording) -> Recording:
-    """Return the recording with its motion pattern in `meta["motion"]`, for a page to show; as it is without a push."""
+    """Return the recording with its motion pattern in `meta["motion"]`; unchanged if there was no push."""
     if primitive(recording, "push") is None:
         return recording
     return replace(recording, meta={**recording.meta, "motion": measure(recording)})
 
 
-def held_names(recording: Recording) -> list[str]:
-    """Return the names of the objects in the hand at the end, by the rule of the simulation's own verdict."""
-    chosen = [index for index, body in enumerate(recording.bodies) if body.role == "object"]
-    if not chosen or not recording.meta.get("grasped") or not has_points(recording, "tool_position"):
-        return []
-    lift = strategy_number(recording, "lift_height", USUAL_LIFT)
-    place = recording.body_position[:, chosen].astype(float)
-    held = are_held(place[-1], tool_position(recording, recording.frame_time[-1:])[0], place[0, :, 2], lift)
-    return [recording.bodies[chosen[index]].name for index in np.flatnonzero(held)]
+def table_force(recording: Recording) -> dict[str, float] | None:
+    """Return `mean` and `peak` of the vertical force on the hand during the push [N], or None without a push.
+
+    The force is relative to the one in the air before touch-down, so what the hand already bears when the push begins
+    counts. Objects also bear on a sloping hand, but for most of a push the table does.
+    """
+    approach, push = primitive(recording, "approach"), primitive(recording, "push")
+    if approach is None or push is None:
+        return None
+    time, vertical = recording.signal_time, recording.signals["wrench"][:, 2].astype(float)
+    air = time <= float(approach["start"]) + UNLOADED_TIME
+    pushing = (time >= float(push["start"])) & (time <= float(push["end"]))
+    if not air.any() or not pushing.any():
+        return None
+    force = vertical[pushing] - vertical[air].mean()
+    return {"mean": float(np.mean(force)), "peak": float(force.max())}
 
 
 def _speeds(push: PushMotion) -> dict[str, float | None]:
     """Return means over time and objects.
 
-    The leading edge is a segment on y = 0. Before it the way to the nearest point is along the push; beside it, to
-    the nearer end. A component along that way is the rate at which the distance changes.
+    The leading edge is a segment on y = 0. Ahead of it the direction to the nearest point is along the push; beside it,
+    to the nearer end. The component along that direction is the rate at which the distance changes.
     """
     duration = np.broadcast_to(np.diff(push.time)[:, None], push.before_mouth.shape)
 

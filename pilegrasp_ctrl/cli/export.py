@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
@@ -14,9 +14,6 @@ from ..exceptions import ExportError
 from ..files import VIEWS, check_output
 from .application import app
 from .options import DebugOption, JsonOption, make_progress, print_json
-
-if TYPE_CHECKING:
-    from ..recording import Recording
 
 MOVIES = (".gif", ".mp4")
 
@@ -65,7 +62,7 @@ def export_recording(
     from ..recording import Recording
     from ..viewer import write
 
-    first, *others = (with_motion(Recording.load(recording)) for recording in recordings)
+    first, *others = map(Recording.load, recordings)
     with drawing_progress(output) as progress:
         write(
             first,
@@ -94,13 +91,6 @@ def _export_study(folder: Path, output: Path, as_json: bool) -> None:
         print_json({"study": str(folder), output.suffix[1:]: str(output), "attempts": attempts})
     else:
         print(output)
-
-
-def with_motion(recording: Recording) -> Recording:
-    """Return a recording that says which object separated from the pile, where it does not say so yet."""
-    from ..analysis.motion import annotate
-
-    return recording if "motion" in recording.meta else annotate(recording)
 
 
 @contextmanager

@@ -9,7 +9,7 @@ import typer
 
 from ..exceptions import ExportError
 from .application import app
-from .export import drawing_progress, with_motion
+from .export import drawing_progress
 from .options import DebugOption, JsonOption, print_json
 
 if TYPE_CHECKING:
@@ -68,6 +68,7 @@ def report_study(
 
 def _record(folder: Path, rows: list[AttemptRow], number: int) -> int:
     """Repeat attempts that have no recording; each comes out as it did, or the study is of another version."""
+    from ..analysis.motion import annotate
     from ..config import build_scenario
     from ..episode import run
     from ..viewer.index_rows import RECORDINGS, read_scenario
@@ -95,7 +96,7 @@ def _record(folder: Path, rows: list[AttemptRow], number: int) -> int:
                     f"{folder}: seed {row.seed} of {row.config_hash} comes out differently now, so the study "
                     "was made by another version; sweep again, or leave out --recordings"
                 )
-            with_motion(result.recording).save(place / f"{row.stem}.npz")
+            annotate(result.recording).save(place / f"{row.stem}.npz")
             progress(index + 1, len(chosen))
     return len(chosen)
 
@@ -114,7 +115,7 @@ def _links(folder: Path, rows: list[AttemptRow]) -> Links:
         for index, row in enumerate(recorded):
             source, page = place / f"{row.stem}.npz", place / f"{row.stem}.html"
             if not _newer(page, source):
-                write_html(with_motion(Recording.load(source)), page)
+                write_html(Recording.load(source), page)
             pages[row.stem] = f"{RECORDINGS}/{page.name}"
             progress(index + 1, len(recorded))
     pairs: dict[str, str] = {}
@@ -124,7 +125,7 @@ def _links(folder: Path, rows: list[AttemptRow]) -> Links:
             sources = [place / f"{verdicts[verdict].stem}.npz" for verdict in (True, False)]
             page = place / f"{config_hash}-pair.html"
             if not all(_newer(page, source) for source in sources):
-                first, second = (with_motion(Recording.load(source)) for source in sources)
+                first, second = map(Recording.load, sources)
                 write_html(first, page, second)
             pairs[config_hash] = f"{RECORDINGS}/{page.name}"
     return Links(pages, _pictures(place, [row.stem for row in recorded]), pairs)

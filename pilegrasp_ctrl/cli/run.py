@@ -79,17 +79,16 @@ def run_scenario(
         if watch:
             watch.finish("Success" if result.success else "Failed", result.reason, result.success)
     if result.recording is not None:
-        from ..analysis.motion import annotate
-
-        recording = annotate(result.recording)
         if record is not None:
-            recording.save(record)
+            from ..analysis.motion import annotate
+
+            annotate(result.recording).save(record)
         if shown:
             from ..viewer import write
 
             for path in shown:
                 with drawing_progress(path) as drawn:
-                    write(recording, path, progress=drawn)
+                    write(result.recording, path, progress=drawn)
     if as_json:
         print_json(result.as_dict())
     else:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..analysis.grasp_check import NOTHING_HELD, are_held
+from ..analysis.kept_objects import NOTHING_HELD, are_held
 from ..config import Scenario
 from ..exceptions import UnreachablePoseError
 from ..planning.layout import BIN_CENTER

@@ -6,13 +6,12 @@ import statistics
 from collections.abc import Mapping
 from typing import Any
 
-from pilegrasp_ctrl.analysis.verdict import NEEDED as KNOWN
-from pilegrasp_ctrl.analysis.verdict import verdict as motion_verdict
 from pilegrasp_ctrl.scenarios.paper import fig08, motion_pattern, table1
 from pilegrasp_ctrl.scenarios.paper.claim import Claim, Finding, named
 from pilegrasp_ctrl.scenarios.paper.conditions import HAND, SHOVEL, grasp
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
 from pilegrasp_ctrl.scenarios.paper.judgement import ENOUGH, Judgement, Verdict, percent, stated, why_open
+from pilegrasp_ctrl.scenarios.paper.motion_verdict import LEAST_KNOWN, motion_verdict
 from pilegrasp_ctrl.scenarios.paper.sample import Sample
 from pilegrasp_ctrl.statistics import wilson
 
@@ -75,12 +74,12 @@ def _separation(word: str, agreed: list[bool]) -> tuple[Judgement, dict[str, Any
     share = sum(agreed) / len(agreed) if agreed else 0.0
     text = (
         f"{word}: the object that is held later is known before the trigger in {sum(agreed)} of {len(agreed)} "
-        f"successes ({100 * low:.0f} to {percent(high)}), {percent(KNOWN)} asked"
+        f"successes ({100 * low:.0f} to {percent(high)}), {percent(LEAST_KNOWN)} asked"
     )
     numbers = {"n": len(agreed), "agreed": sum(agreed), "rate": share, "ci_low": low, "ci_high": high}
     if len(agreed) < ENOUGH:
         return Judgement(f"{text}; too few", "not decided"), numbers
-    return Judgement(text, "holds" if share >= KNOWN else "fails"), numbers
+    return Judgement(text, "holds" if share >= LEAST_KNOWN else "fails"), numbers
 
 
 def _p_text(answer: Mapping[str, Any]) -> str:

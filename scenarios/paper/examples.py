@@ -63,7 +63,6 @@ def show(
     Raises:
         SimulationError: where an attempt does not repeat itself.
     """
-    from pilegrasp_ctrl.analysis.motion import annotate
     from pilegrasp_ctrl.episode import run
     from pilegrasp_ctrl.viewer import write
 
@@ -82,5 +81,5 @@ def show(
                 f"{store.path} was made by another version: choose another folder"
             )
         assert episode.recording is not None
-        write(annotate(episode.recording), store.folder / page)
+        write(episode.recording, store.folder / page)
     return [store.folder / page for page in chosen]

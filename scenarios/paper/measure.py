@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pilegrasp_ctrl.analysis.motion import measure as motion
-from pilegrasp_ctrl.analysis.table_force import table_force
+from pilegrasp_ctrl.analysis.motion import table_force
 from pilegrasp_ctrl.recording import Recording
 
 MEASURE = f"{__name__}.measure"

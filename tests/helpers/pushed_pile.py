@@ -84,3 +84,21 @@ def push_recording(
         signal_time=time,
         signals={"tool_position": tool, "reference_position": tool},
     )
+
+
+RESTLESS = moving(0.3, 0.3, 0.02, 0.0)
+"""Far from the hand; it moves from the begin of the push on, so that the pile counts as moving."""
+
+
+def crowd(vx: float, slope: float = 0.0) -> dict[str, Way]:
+    """Rows of objects over the whole width; they move along the push at vx and away from its middle by slope * y."""
+    ways = {"far": RESTLESS}
+    for i, x in enumerate(np.arange(0.01, 0.4, 0.03)):
+        for j, y in enumerate(np.arange(-0.12, 0.121, 0.03)):
+            ways[f"o{i}_{j}"] = moving(x, y, vx, slope * y)
+    return ways
+
+
+def sliding_in(x: float, y: float, stop: float) -> Way:
+    """Stand until the leading edge has passed by `stop` [m], then go with the hand."""
+    return lambda t: np.stack([np.maximum(x, SPEED * pushed(t) - stop), y + 0 * t], axis=-1)

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from pilegrasp_ctrl.analysis.table_force import table_force
+from pilegrasp_ctrl.analysis.motion import table_force
 from pilegrasp_ctrl.cli import main
 from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.programs.attempt import check

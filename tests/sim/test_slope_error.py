@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from pilegrasp_ctrl.analysis.table_force import table_force
+from pilegrasp_ctrl.analysis.motion import table_force
 from pilegrasp_ctrl.config import build_scenario, load_scenario
 from pilegrasp_ctrl.episode import run
 from pilegrasp_ctrl.exceptions import ConfigurationError

@@ -15,17 +15,22 @@ import pytest
 import umsgpack
 from scipy.spatial.transform import Rotation
 
+from odd_recordings import ODD_RECORDINGS
 from pilegrasp_ctrl import cli
+from pilegrasp_ctrl.analysis.motion import annotate
+from pilegrasp_ctrl.analysis.motion_field import Funnel, MotionField
+from pilegrasp_ctrl.analysis.push_motion import PushMotion
 from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.recording import Body, Recording, Shape
 from pilegrasp_ctrl.sim.readout import MIN_FORCE, ContactForces
-from pilegrasp_ctrl.viewer import page, write
+from pilegrasp_ctrl.viewer import page, write, write_html
 from pilegrasp_ctrl.viewer.commands import commands, node_path, unpack
 from pilegrasp_ctrl.viewer.contact_block import contact_block
 from pilegrasp_ctrl.viewer.fingers import chains, tubes
 from pilegrasp_ctrl.viewer.html import MOST_FRAMES
-from pilegrasp_ctrl.viewer.push_frame import push_frame
+from pilegrasp_ctrl.viewer.motion import forward, push_frame
+from pushed_pile import FRONT, HALF_WIDTH, RESTLESS, SPEED, crowd, push_recording
 from synthetic_recording import PHASES, synthetic
 
 
@@ -126,43 +131,84 @@ def test_a_tube_runs_from_base_to_tip_whichever_way_its_capsules_point(flip):
     assert [segment["path"] for segment in finger["segments"]] == ["a", "b", "c"]
 
 
-def test_the_funnel_opens_before_the_hand_along_the_push(attempt):
+def test_the_page_draws_the_leading_edge_and_the_funnel_that_were_measured(attempt):
+    push = PushMotion.of(attempt)
+    funnel = Funnel.of(MotionField.of(push))
     frame = push_frame(attempt)
-    assert (frame["start"], frame["end"]) == PHASES[1][1:]
-    np.testing.assert_allclose(frame["direction"], (1.0, 0.0), atol=0.05)
+    assert (frame["start"], frame["end"]) == (push.time[0], push.time[-1])
+    assert PHASES[1][1] <= frame["start"] < frame["end"] <= PHASES[1][2]
+    assert frame["half"] == pytest.approx(push.half_width, abs=1e-4)
+    assert frame["length"] == pytest.approx(push.length, abs=1e-4)
     # The palm is 10 cm wide and the fingers' bases are 8 cm apart; their tips reach before the palm.
     assert 0.04 < frame["half"] < 0.06
-    assert 0.0 < frame["front"] < 0.1
-    turned = Rotation.from_euler("z", 90, degrees=True)
-    spun = replace(
-        attempt,
-        body_position=turned.apply(attempt.body_position.reshape(-1, 3)).reshape(attempt.body_position.shape),
-        body_quaternion=(turned * Rotation.from_quat(attempt.body_quaternion.reshape(-1, 4), scalar_first=True))
-        .as_quat(scalar_first=True)
-        .reshape(attempt.body_quaternion.shape),
-        signals=dict(attempt.signals) | {"tool_position": turned.apply(attempt.signals["tool_position"])},
-    )
-    other = push_frame(spun)
-    np.testing.assert_allclose(other["direction"], (-frame["direction"][1], frame["direction"][0]), atol=1e-4)
-    for name in ("front", "middle", "half"):
-        assert other[name] == pytest.approx(frame[name], abs=2e-4)
+    assert 0.0 < frame["edge"][0] < 0.1
+    assert len(frame["funnel"]) == funnel.x.size > 10
+    np.testing.assert_allclose(np.transpose(frame["funnel"]), [funnel.x, funnel.right, funnel.left], atol=1e-4)
 
 
-@pytest.mark.parametrize("beta", [20.0, -30.0])
-def test_the_funnel_opens_where_a_turned_hand_points(attempt, beta):
-    straight, meta = push_frame(attempt), attempt.meta | {"config": {"strategy": {"beta_deg": beta}}}
-    frame = push_frame(replace(attempt, meta=meta))
-    angles = [np.arctan2(*reversed(found["direction"])) for found in (straight, frame)]
-    assert np.rad2deg(angles[1] - angles[0]) == pytest.approx(beta, abs=1e-2)
+@pytest.mark.parametrize("slope", [0.3, -0.3])
+def test_the_funnel_on_the_page_is_the_exponential_that_the_motion_says(slope):
+    # dy/dx = -slope y / SPEED at first, so the sides start at the edge's ends and lean by 3 times their distance.
+    frame = push_frame(push_recording(crowd(0.0, slope)))
+    x, right, left = np.transpose(frame["funnel"])
+    assert (frame["edge"], frame["half"]) == (pytest.approx([FRONT, 0.0]), pytest.approx(HALF_WIDTH))
+    assert (x[0], right[0], left[0]) == (0.0, -HALF_WIDTH, HALF_WIDTH)
+    np.testing.assert_allclose(right, -left, atol=1e-3)
+    lean = (left[4] - left[0]) / (x[4] - x[0])
+    assert lean == pytest.approx(-slope * HALF_WIDTH / SPEED, rel=0.35)
 
 
-def test_without_a_push_a_tool_or_a_hand_there_is_no_funnel(attempt):
+def test_a_pile_that_is_carried_along_shows_no_funnel():
+    frame = push_frame(push_recording(crowd(SPEED)))
+    assert frame["funnel"] == [[0.0, -HALF_WIDTH, HALF_WIDTH]]
+
+
+@pytest.mark.parametrize("alpha", [0.0, 90.0])
+@pytest.mark.parametrize("beta", [0.0, 20.0, -30.0])
+def test_the_page_looks_where_a_turned_hand_points(alpha, beta):
+    recording = push_recording({"far": RESTLESS}, alpha=np.deg2rad(alpha), beta=np.deg2rad(beta))
+    angle = np.arctan2(*reversed(forward(recording)))
+    assert np.rad2deg(angle) == pytest.approx(alpha + beta, abs=1e-2)
+    straight = push_frame(push_recording({"far": RESTLESS}, beta=np.deg2rad(beta)))
+    assert push_frame(recording)["edge"] == pytest.approx(straight["edge"], abs=2e-4)
+
+
+def test_where_no_motion_was_measured_there_is_no_funnel(attempt):
     assert push_frame(replace(attempt, meta={})) is None
     assert push_frame(replace(attempt, signals={})) is None
     bare = replace(attempt, bodies=tuple(replace(b, role="arm") if b.role == "hand" else b for b in attempt.bodies))
     assert push_frame(bare) is None
     still = np.tile(attempt.signals["tool_position"][:1], (len(attempt.signal_time), 1))
-    assert push_frame(replace(attempt, signals={"tool_position": still})) is None
+    assert push_frame(replace(attempt, signals=dict(attempt.signals) | {"tool_position": still})) is None
+    assert forward(replace(attempt, meta={})) == [1.0, 0.0]
+
+
+@pytest.mark.parametrize("name", ODD_RECORDINGS)
+def test_what_the_analysis_cannot_read_is_still_a_page(name):
+    assert "<html" in page(ODD_RECORDINGS[name])
+
+
+def test_an_error_of_the_analysis_leaves_the_page_without_what_was_measured(attempt, monkeypatch):
+    def fail(recording):
+        raise ZeroDivisionError("odd")
+
+    monkeypatch.setattr(PushMotion, "of", fail)
+    with pytest.warns(RuntimeWarning, match="could not be measured: ZeroDivisionError"):
+        document = page(attempt)
+    (data,) = json.loads(re.search(r'id="page-data">(.*?)</script>', document, flags=re.DOTALL)[1])
+    assert (data["push"], data["separated"]) == (None, None)
+
+
+def test_a_page_from_python_is_that_of_the_command(attempt, tmp_path):
+    plain = replace(attempt, meta={key: value for key, value in attempt.meta.items() if key != "motion"})
+    plain.save(tmp_path / "a.npz")
+    write_html(plain, tmp_path / "python.html")
+    assert cli.main(["export", str(tmp_path / "a.npz"), str(tmp_path / "command.html")]) == 0
+    annotate(plain).save(tmp_path / "annotated.npz")
+    write_html(Recording.load(tmp_path / "annotated.npz"), tmp_path / "annotated.html")
+    pages = {(tmp_path / f"{name}.html").read_bytes() for name in ("python", "command", "annotated")}
+    assert len(pages) == 1
+    assert b'"separated":{"path":"/Objects/' in pages.pop()
 
 
 def test_the_wrench_stands_at_the_sensor_with_force_and_moment(attempt):

@@ -1,39 +1,46 @@
-"""Does the pattern hold? The paper's section III as four questions to the measures of three conditions."""
+"""Does the motion pattern hold? The paper's section III as four questions to the measures of three conditions."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..statistics import wilson
-from .motion_pattern import values
+from pilegrasp_ctrl.statistics import wilson
 
 Measures = Sequence[Mapping[str, Any]]
+"""What `analysis.motion.measure` returned for each attempt at a condition."""
 
 LEVEL = 0.05
-NEEDED = 0.9
-"""Share of the successful attempts in which the held object must have been known before the grasp."""
+"""Level of the tests, as in all claims."""
+
+LEAST_KNOWN = 0.9
+"""Share of the successful attempts in which the held object must have been known before the grasp; chosen."""
 
 
-def verdict(measures: Mapping[str, Measures]) -> dict[str, dict[str, Any]]:
+def motion_verdict(measures: Mapping[str, Measures]) -> dict[str, dict[str, Any]]:
     """Return four answers: approach, spread, wall and separation.
 
     Each holds `verdict` ("holds", "fails" or "not decided") and the numbers that it rests on. Means are compared by
-    Student's one-sided t-test, Welch's where two are compared, at `LEVEL`; the share by its value, with the 95 % Wilson
+    Student's one-sided t-test at `LEVEL`, two means by Welch's. The share is judged by its value, with the 95 % Wilson
     interval beside it.
 
     Args:
-        measures: those of the attempts at the conditions "none", "wall" and "corner".
+        measures: Measures of the attempts at the conditions "none", "wall" and "corner".
     """
     everything = [row for condition in ("none", "wall", "corner") for row in measures[condition]]
-    approach = {name: values(rows, "approach_speed") for name, rows in measures.items()}
-    spread = {name: values(rows, "spread_speed") for name, rows in measures.items()}
+    approach = {name: measured(rows, "approach_speed") for name, rows in measures.items()}
+    spread = {name: measured(rows, "spread_speed") for name, rows in measures.items()}
     return {
         "approach": _all_positive(approach),
         "spread": _all_positive(spread),
         "wall": _less(spread["wall"], spread["none"]),
         "separation": _share([bool(row["agreed"]) for row in everything if row["held"]]),
     }
+
+
+def measured(measures: Measures, name: str) -> list[float]:
+    """Return a measure of the attempts in which it exists."""
+    return [row[name] for row in measures if row[name] is not None]
 
 
 def _all_positive(samples: Mapping[str, list[float]]) -> dict[str, Any]:
@@ -63,7 +70,7 @@ def _share(agreed: list[bool]) -> dict[str, Any]:
     ci_low, ci_high = wilson(sum(agreed), len(agreed))
     rate = sum(agreed) / len(agreed)
     return {
-        "verdict": "holds" if rate >= NEEDED else "fails",
+        "verdict": "holds" if rate >= LEAST_KNOWN else "fails",
         "n": len(agreed),
         "agreed": sum(agreed),
         "rate": rate,

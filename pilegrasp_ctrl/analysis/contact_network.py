@@ -1,26 +1,46 @@
-"""Force chains: how the hand's push runs through the pile, from the recorded contact forces."""
+"""What the recorded contacts tell: which objects the hand touches, and how its push runs through the pile."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..recording import Recording
 from .push_motion import PushMotion
 
 
-def force_chains(recording: Recording, push: PushMotion) -> dict[str, Any] | None:
-    """Return the chains of strong contacts that start at the hand, or None where no contacts were recorded.
+def objects_touching_hand(recording: Recording, push: PushMotion) -> NDArray[np.bool_]:
+    """Return which objects touch the hand (F, n) in the frames of `push`; none if no contacts were recorded."""
+    touched = np.zeros(push.relative.shape[:2], dtype=bool)
+    contacts = recording.contacts
+    if contacts is None:
+        return touched
+    first = int(np.searchsorted(recording.frame_time, push.time[0]))
+    start = contacts.start[first : first + push.time.size + 1]
+    frame = np.repeat(np.arange(push.time.size), np.diff(start))
+    rows = slice(int(start[0]), int(start[-1]))
+    hand = np.array([body.role == "hand" for body in recording.bodies])
+    column = np.array([push.objects.index(body.name) if body.name in push.objects else -1 for body in recording.bodies])
+    for side in (0, 1):
+        body, other = contacts.bodies[rows, side], contacts.bodies[rows, 1 - side]
+        chosen = hand[other] & (column[body] >= 0)
+        touched[frame[chosen], column[body[chosen]]] = True
+    return touched
 
-    A contact between objects is strong where it presses more than the mean over all contacts between objects of the
-    same frame: those carry a granular material's load (Radjai et al., Phys. Rev. Lett. 80, 61, 1998). A chain leads
-    from an object that the hand touches over strong contacts to others.
+
+def force_chains(recording: Recording, push: PushMotion) -> dict[str, Any] | None:
+    """Return the chains of strong contacts that start at the hand, or None if no contacts were recorded.
+
+    A contact between objects is strong if it presses more than the mean over all contacts between objects in the same
+    frame. Strong contacts carry the load of a granular material (Radjai et al., Phys. Rev. Lett. 80, 61, 1998). A chain
+    leads from an object that the hand touches over strong contacts to other objects.
 
     Keys:
-        objects: mean number of objects in the chains, over the frames of the push in which the hand touches one.
-        to_support: share of those frames in which a chain ends at a wall.
-        at_end: names of the objects in the chains in the last of those frames.
+        objects: Mean number of objects in the chains, over the frames of the push in which the hand touches one.
+        to_support: Share of those frames in which a chain ends at a wall.
+        at_end: Names of the objects in the chains in the last of those frames.
     """
     contacts = getattr(recording, "contacts", None)
     if contacts is None:

@@ -1,4 +1,4 @@
-"""The motion pattern of a condition: many attempts in one field and one row of numbers."""
+"""The motion pattern of a condition: many attempts in one field and one row of numbers, for motion_pattern.py."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from ..recording import Recording
-from ..statistics import markdown_table
-from .motion import measure
-from .motion_field import MotionField
-from .push_motion import PushMotion
+from pilegrasp_ctrl.analysis.motion import measure
+from pilegrasp_ctrl.analysis.motion_field import MotionField
+from pilegrasp_ctrl.analysis.push_motion import PushMotion
+from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.scenarios.paper.motion_verdict import measured
+from pilegrasp_ctrl.statistics import markdown_table
 
 SPEEDS = ("approach_speed", "spread_speed", "spread_forward", "spread_sideways", "funnel_width")
-"""Measures with a mean and a deviation."""
+"""Measures that have a mean and a standard deviation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,10 +24,10 @@ class MotionPattern:
     """What the attempts at one condition have in common.
 
     Attributes:
-        name: of the condition.
-        measures: one for each attempt.
-        field: the sum of their fields; None where no pile was pushed.
-        example: the first attempt in which one was, to draw hand and walls from.
+        name: Name of the condition.
+        measures: Measures of each attempt.
+        field: Sum of the attempts' fields; None if no pile was pushed.
+        example: First attempt in which a pile was pushed, to draw hand and walls from.
     """
 
     name: str
@@ -69,14 +70,9 @@ def summary(measures: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "held": sum(bool(row["held"]) for row in measures),
         "agreed": sum(bool(row["agreed"]) for row in measures),
     } | {
-        **{name: _spread(values(measures, name)) for name in SPEEDS},
-        **{f"chain_{name}": _spread(values(chains, name)) for name in ("objects", "to_support") if chains},
+        **{name: _spread(measured(measures, name)) for name in SPEEDS},
+        **{f"chain_{name}": _spread(measured(chains, name)) for name in ("objects", "to_support") if chains},
     }
-
-
-def values(measures: Sequence[Mapping[str, Any]], name: str) -> list[float]:
-    """Return a measure of the attempts in which it exists."""
-    return [row[name] for row in measures if row[name] is not None]
 
 
 def markdown(patterns: Sequence[MotionPattern]) -> str:

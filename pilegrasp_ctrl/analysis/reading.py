@@ -1,0 +1,72 @@
+"""Entries of a recording, read without trusting them: a file may lack or garble any key of its meta and any signal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..recording import Recording
+from ..types import Array
+
+MAX_TEXT_LENGTH = 300
+"""Longest text that is taken over from a recording, in letters; chosen."""
+
+
+def number(value: Any) -> float | None:
+    """Return a finite float, or None if `value` is something else."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        result = float(value)
+    except OverflowError:
+        return None
+    return result if math.isfinite(result) else None
+
+
+def text(value: Any, limit: int = MAX_TEXT_LENGTH) -> str:
+    """Return `value` as plain text of at most `limit` letters; None becomes the empty text."""
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return f"{value:g}"
+    words = str(value)
+    return words if len(words) <= limit else words[: limit - 1] + "…"
+
+
+def plain(trigger: str) -> str:
+    """Return a trigger as words if it is an identifier."""
+    return trigger.replace("_", " ") if trigger.isidentifier() else trigger
+
+
+def lookup(table: Any, dotted: str) -> Any:
+    """Return the entry of a nested table, or None if a level is missing."""
+    for key in dotted.split("."):
+        table = table.get(key) if isinstance(table, Mapping) else None
+    return table
+
+
+def strategy_number(recording: Recording, name: str, default: float) -> float:
+    """Return a number of the recorded strategy, or `default` if the configuration lacks it."""
+    noted = number(lookup(recording.meta, f"config.strategy.{name}"))
+    return default if noted is None else noted
+
+
+def primitive(recording: Recording, name: str) -> Mapping[str, Any] | None:
+    """Return the outcome of the first primitive of that name; None if there is none or it lacks a start or an end."""
+    outcomes = recording.meta.get("outcomes")
+    for row in outcomes if isinstance(outcomes, list) else []:
+        if isinstance(row, Mapping) and row.get("name") == name:
+            return row if None not in (number(row.get("start")), number(row.get("end"))) else None
+    return None
+
+
+def signal_at(recording: Recording, name: str, times: Array, width: int = 3) -> Array | None:
+    """Return the first `width` columns of a signal, interpolated at some times (F, width), or None if it is absent."""
+    signal = recording.signals.get(name)
+    if signal is None or signal.ndim != 2 or signal.shape[1] < width or not signal.size:
+        return None
+    columns = [np.interp(times, recording.signal_time, signal[:, column]) for column in range(width)]
+    return np.stack(columns, axis=1)

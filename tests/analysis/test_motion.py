@@ -1,0 +1,132 @@
+"""The motion pattern: known motions give known numbers, and every outcome of an attempt gives some."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from odd_recordings import ODD_RECORDINGS
+from pilegrasp_ctrl.analysis.motion import annotate, measure
+from pilegrasp_ctrl.analysis.push_motion import PushMotion
+from pilegrasp_ctrl.episode import run
+from pilegrasp_ctrl.recording import Body, Shape
+from pushed_pile import (
+    BEGIN,
+    END,
+    FRONT,
+    HALF_WIDTH,
+    RADIUS,
+    RESTLESS,
+    SPEED,
+    at_rest,
+    crowd,
+    moving,
+    push_recording,
+)
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.6])
+def test_approach_is_how_fast_the_hand_gains_on_what_lies_before_it(alpha):
+    standing = measure(push_recording({"far": RESTLESS, "a": at_rest(0.21, 0.02)}, alpha=alpha))
+    carried = measure(push_recording({"a": moving(0.05, 0.02, SPEED, 0.0)}, alpha=alpha))
+    half = measure(push_recording({"a": moving(0.11, -0.04, 0.5 * SPEED, 0.0)}, alpha=alpha))
+    assert standing["approach_speed"] == pytest.approx(SPEED, rel=1e-4)
+    assert carried["approach_speed"] == pytest.approx(0.0, abs=1e-6)
+    assert half["approach_speed"] == pytest.approx(0.5 * SPEED, rel=1e-4)
+    assert half["hand_speed"] == pytest.approx(SPEED, rel=1e-4)
+
+
+def test_what_is_far_ahead_or_under_way_in_the_hand_does_not_count_as_approaching():
+    found = measure(push_recording({"a": moving(0.5, 0.0, 0.01, 0.0), "b": moving(-0.02, 0.0, SPEED, 0.0)}))
+    assert found["approach_speed"] is None
+
+
+@pytest.mark.parametrize("alpha", [0.0, -0.4])
+def test_spread_is_the_way_off_the_nearer_end_of_the_leading_edge(alpha):
+    # It keeps its place relative to the hand, so that the direction from the edge's end stays (3, 4) / 5.
+    ways = {"a": moving(0.03, HALF_WIDTH + 0.04, SPEED, 0.0), "b": moving(0.03, -HALF_WIDTH - 0.04, SPEED, 0.0)}
+    found = measure(push_recording(ways, alpha=alpha))
+    assert found["spread_speed"] == pytest.approx(0.6 * SPEED, rel=1e-4)
+    assert found["spread_forward"] == pytest.approx(SPEED, rel=1e-4)
+    assert found["spread_sideways"] == pytest.approx(0.0, abs=1e-6)
+    assert found["approach_speed"] is None
+
+
+def test_sideways_means_away_from_the_middle_on_both_sides():
+    found = measure(push_recording({"a": moving(0.3, 0.1, 0.0, 0.02), "b": moving(0.3, -0.1, 0.0, -0.02)}))
+    assert found["spread_sideways"] == pytest.approx(0.02, rel=1e-4)
+
+
+def test_the_clock_starts_when_the_pile_moves_and_stops_when_the_hand_does():
+    late = push_recording({"a": lambda t: np.stack([0.2 + 0.05 * np.clip(t - 2.0, 0, 1), 0 * t], axis=-1)})
+    push = PushMotion.of(late)
+    assert push.time[0] == pytest.approx(2.0)
+    assert push.time[-1] == pytest.approx(END)
+    row = {"name": "push", "trigger": "travel limit: never", "start": BEGIN, "end": END + 0.5}
+    waited = PushMotion.of(push_recording({"a": RESTLESS}, outcomes=[row]))
+    assert waited.time[-1] == pytest.approx(END)
+
+
+@pytest.mark.parametrize("strategy", [{"beta_deg": "20"}, {"beta_deg": 10**400}, {}, None])
+def test_an_angle_that_is_no_number_counts_as_none(strategy):
+    ways = {"far": RESTLESS, "a": at_rest(0.17, 0.0)}
+    found = measure(push_recording(ways, config={"strategy": strategy}))
+    assert found == measure(push_recording(ways))
+
+
+def test_a_thumb_above_the_objects_is_no_part_of_the_leading_edge():
+    recording = push_recording({"far": RESTLESS, "a": at_rest(0.17, 0.0)})
+    thumb = Body("thumb", "hand", (Shape("box", (0.03, 0.02, 0.01), (FRONT, -0.1, 2.5 * RADIUS)),))
+    bodies = tuple(thumb if body.name == "thumb" else body for body in recording.bodies)
+    found = measure(replace(recording, bodies=bodies))
+    assert found == measure(recording)
+    assert found["mouth_width"] == pytest.approx(2 * HALF_WIDTH)
+
+
+def test_the_speed_is_that_of_the_slide_where_a_wall_stops_the_hand_at_the_end():
+    recording = push_recording({"far": RESTLESS})
+    tool = recording.signals["tool_position"].copy()
+    tool[:, 0] = np.minimum(tool[:, 0], tool[0, 0] + 0.7 * (tool[-1, 0] - tool[0, 0]))
+    stopped = replace(recording, signals=recording.signals | {"tool_position": tool})
+    assert measure(stopped)["hand_speed"] == pytest.approx(SPEED, rel=1e-4)
+
+
+@pytest.mark.parametrize("recording", ODD_RECORDINGS.values(), ids=ODD_RECORDINGS.keys())
+def test_every_outcome_gives_the_same_keys(recording):
+    found = measure(recording)
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    assert found.keys() - {"force_chains"} == measure(push_recording(crowd(0.0))).keys()
+    assert isinstance(found["triggered"], bool)
+
+
+def test_where_there_was_no_push_there_is_no_pattern():
+    found = measure(ODD_RECORDINGS["failed approach"])
+    assert found["triggered"] is False
+    assert {found[name] for name in ("approach_speed", "spread_speed", "funnel_width", "separated")} == {None}
+
+
+def test_annotating_adds_the_pattern_and_nothing_else():
+    recording = push_recording({"far": RESTLESS, "a": at_rest(0.17, 0.0)})
+    annotated = annotate(recording)
+    assert annotated.meta["motion"] == measure(recording)
+    assert {**annotated.meta, "motion": None} == {**recording.meta, "motion": None}
+    assert np.array_equal(annotated.body_position, recording.body_position)
+    assert annotate(ODD_RECORDINGS["failed approach"]) is ODD_RECORDINGS["failed approach"]
+
+
+@pytest.fixture(scope="module")
+def attempt():
+    return run("spheres_wall", seed=0, record=True, overrides={"pile.count": 5})
+
+
+def test_a_real_attempt_shows_the_pattern(attempt):
+    found = measure(attempt.recording)
+    push = next(outcome for outcome in attempt.outcomes if outcome.name == "push")
+    assert found["triggered"] is (push.trigger == "grasp force")
+    assert len(found["held"]) == attempt.grasped
+    assert 0.09 < found["hand_speed"] < 0.11
+    assert 0.09 < found["mouth_width"] < 0.12
+    assert 0.0 < found["approach_speed"] < found["hand_speed"] * 1.5
+    assert found["separated"] is not None
+    assert push.start < found["separated"]["time"] <= push.end
