@@ -12,7 +12,7 @@ from ..exceptions import PileError
 from ..sections import PileConfig, SupportConfig
 from ..types import STANDARD_GRAVITY, Array, Pose
 from .push_goal import PushGoal
-from .walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, Wall, crate_walls
+from .walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, Wall, make_crate_walls
 
 Support = Literal["none", "wall", "corner"]
 
@@ -123,7 +123,7 @@ class Layout:
         """Acceleration of gravity (3,) in the scene [m/s²]."""
         return self.transform_base_to_world.rotation @ STANDARD_GRAVITY
 
-    def rising(self, angle: float) -> Layout:
+    def with_rising_floor(self, angle: float) -> Layout:
         """Return the layout with a floor that rises by `angle` [rad] more toward the support; the arm stays."""
         return replace(self, tilt=self.tilt - angle)
 
@@ -228,8 +228,8 @@ def _bin_layout(support: Support, size: float, tilt: float, order: bool) -> Layo
     ]
     goals.sort(key=lambda goal: not goal.name.startswith(support))
     center = np.array([WALL_DISTANCE - 0.5 * size, 0.5 * (width - size) if support == "corner" else 0.0])
-    walls = crate_walls("bin", BIN_CENTER, BIN_INNER)
-    walls += crate_walls("order", ORDER_CENTER, ORDER_INNER) if order else ()
+    walls = make_crate_walls("bin", BIN_CENTER, BIN_INNER)
+    walls += make_crate_walls("order", ORDER_CENTER, ORDER_INNER) if order else ()
     return Layout(support, size, center, 0.0, walls, WALL_DISTANCE, tilt, tuple(goals))
 
 

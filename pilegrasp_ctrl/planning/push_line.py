@@ -87,7 +87,7 @@ def plan_push_line(
     elif layout.support == "wall":
         point = np.array([layout.support_distance - radius, middle[1]])
     else:
-        point = between_walls(layout.walls, _turned(hand, strategy), direction, middle)
+        point = center_between_walls(layout.walls, _turned(hand, strategy), direction, middle)
     # In a bin the push cannot begin farther back.
     room = radius if goal else HAND_ROOM
     extent = pile_extent(positions, radius, point, direction, room) if len(positions) else 0.5 * layout.frame_size
@@ -96,7 +96,7 @@ def plan_push_line(
     return PushLine(point, extent, yaw)
 
 
-def between_walls(walls: Sequence[Wall], outline: Array, direction: Array, point: Array) -> Array:
+def center_between_walls(walls: Sequence[Wall], outline: Array, direction: Array, point: Array) -> Array:
     """Return `point` (2,) [m], moved sideways onto the line on which the hand gets farthest between two walls.
 
     On that line both sides of the hand meet their walls at the same time. Beside a wall that runs along the push the

@@ -100,7 +100,7 @@ def touch_point(config: StrategyConfig, center: Array, extent: float, yaw: float
     return center - (extent + config.clearance) * np.array([math.cos(alpha), math.sin(alpha)])
 
 
-def pile_strategy(
+def plan_attempt(
     config: StrategyConfig,
     hand: HandUse,
     center: Array,
@@ -146,7 +146,7 @@ def pile_strategy(
     return Plan(start, primitives, (pre_grasp, Pose(touch, rotation)), far, hand.preshape, direction)
 
 
-def line_plan(config: LineConfig, hand: HandUse) -> Plan:
+def plan_line(config: LineConfig, hand: HandUse) -> Plan:
     """Return the plan of a straight line in free space, the hand sloping as for a push along x."""
     start = Pose(np.array(config.start), tool_rotation(0.0, hand.theta))
     move = Move(np.array(config.displacement), config.speed, hand.preshape)

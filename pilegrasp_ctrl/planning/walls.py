@@ -12,13 +12,15 @@ from ..types import Array
 
 BIN_INNER = (0.56, 0.38, 0.16)
 """Inner length, width and height of the IFCO crate in the authors' laboratory (their vision's `ifco.yaml`) [m]."""
+
 BIN_THICKNESS = (0.0175, 0.0075)
-"""Of the short and the long walls [m]: half of what the outer 0.595 x 0.395 m of the laboratory's model leave."""
+"""Thickness of the short and of the long walls [m]; the laboratory's model measures 0.595 x 0.395 m outside."""
 
 ORDER_INNER = (0.38, 0.28, 0.16)
-"""The same of the crate that an order is collected in, half as large [m]."""
+"""Inner length, width and height of the crate that collects an order [m]; chosen, half as large as the bin."""
+
 ORDER_CENTER = np.array([0.60, 0.385])
-"""(2,) of its floor, on the left of the bin and within easy reach [m]."""
+"""(2,) middle of the order crate's floor [m]; chosen on the left of the bin and within easy reach."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,34 +28,42 @@ class Wall:
     """A box that stands on the floor.
 
     Attributes:
-        name: of its geom.
-        center: (3,) [m].
-        half_size: (3,) [m], the first along the inward normal.
-        yaw: angle of its inward normal about z [rad].
-        crate: what it is a side of, or "" where it stands alone and has no rim to be wary of.
+        name: Name of the geom.
+        center: (3,) centre of the box [m].
+        half_size: (3,) half size of the box [m], the first entry along the inward normal.
+        yaw: Direction of the inward normal about z [rad].
+        crate: Name of the crate that the wall belongs to; None for a wall that stands alone. Only a crate has rims that
+            are monitored.
     """
 
     name: str
     center: Array
     half_size: Array
     yaw: float
-    crate: str = ""
+    crate: str | None = None
 
 
-def inside(points: Array, center: Array, inner: tuple[float, float, float]) -> NDArray[np.bool_]:
-    """Return which points (n, 3) [m] lie in a crate, below its rim."""
+def are_inside(points: Array, center: Array, inner: tuple[float, float, float]) -> NDArray[np.bool_]:
+    """Return which points (n, 3) [m] lie in a crate and below its rim.
+
+    Args:
+        points: (n, 3) points [m].
+        center: (2,) middle of the crate's floor [m].
+        inner: Inner length along x, width along y and height [m].
+    """
     length, width, height = inner
     off = np.abs(points[:, :2] - center)
     return (off[:, 0] < 0.5 * length) & (off[:, 1] < 0.5 * width) & (points[:, 2] < height)
 
 
-def crate_walls(name: str, center: Array, inner: tuple[float, float, float]) -> tuple[Wall, ...]:
+def make_crate_walls(name: str, center: Array, inner: tuple[float, float, float]) -> tuple[Wall, ...]:
     """Return the four walls of a crate that stands along x and y.
 
     Args:
-        name: how a collision calls it; the walls are `{name}_far`, `_near`, `_left` and `_right`, as the arm sees them.
-        center: (2,) of its floor [m].
-        inner: length along x, width along y and height [m].
+        name: Name of the crate in a collision. Its walls are `{name}_far`, `_near`, `_left` and `_right`, as the arm
+            sees them.
+        center: (2,) middle of the floor [m].
+        inner: Inner length along x, width along y and height [m].
     """
     length, width, height = inner
     short, long = BIN_THICKNESS

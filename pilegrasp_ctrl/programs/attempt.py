@@ -14,7 +14,7 @@ from ..planning.hand_use import HandUse
 from ..planning.layout import REACH, Layout, make_layout
 from ..planning.push_goal import PushGoal
 from ..planning.push_line import PushLine, plan_push_line
-from ..planning.strategy import Plan, line_plan, pile_strategy
+from ..planning.strategy import Plan, plan_attempt, plan_line
 from ..robots import names
 from ..sim.backend import Simulation
 from ..sim.hand import Hand
@@ -88,7 +88,7 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     steps, hand, objects, layout, make_controller = _parts(scenario)
     slope_error = np.radians(scenario.support.slope_error_deg)
     numerics = scenario.sim.contact_rule, scenario.sim.timestep
-    pile = settle_pile(objects, scenario.pile.count, layout.rising(slope_error), seed, *numerics)
+    pile = settle_pile(objects, scenario.pile.count, layout.with_rising_floor(slope_error), seed, *numerics)
     goal = layout.goals[0] if layout.goals else None
 
     def push_line(poses: Array, goal: PushGoal | None) -> PushLine:
@@ -117,7 +117,7 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     else:
         plan, q = plan_to(pile.poses, goal)
     # The plan is made for the known floor and runs on the true floor.
-    true = layout.rising(slope_error)
+    true = layout.with_rising_floor(slope_error)
     known_to_scene = true.transform_from(layout)
     scene = build_scene(scenario, hand, objects, true)
     period = steps * scenario.sim.timestep
@@ -199,8 +199,8 @@ def _plan_within_reach(
 
 def _plan(scenario: Scenario, hand: HandUse, layout: Layout, line: PushLine, farthest: float) -> Plan:
     if scenario.program == "line":
-        return line_plan(scenario.line, hand)
-    return pile_strategy(
+        return plan_line(scenario.line, hand)
+    return plan_attempt(
         scenario.strategy,
         hand,
         line.point,

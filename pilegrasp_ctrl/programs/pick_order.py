@@ -16,7 +16,7 @@ from ..exceptions import UnreachablePoseError
 from ..planning.layout import BIN_CENTER
 from ..planning.push_goal import PushGoal
 from ..planning.strategy import HAND_HALF_WIDTH, Plan, tool_rotation
-from ..planning.walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, inside
+from ..planning.walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, are_inside
 from ..primitives.free_motions import Carry
 from ..primitives.grasp import Release
 from ..primitives.primitive import Primitive
@@ -143,7 +143,7 @@ class PickOrder:
         Raises:
             UnreachablePoseError: No goal is in reach.
         """
-        pile = poses[inside(poses[:, :3], BIN_CENTER, BIN_INNER)]
+        pile = poses[are_inside(poses[:, :3], BIN_CENTER, BIN_INNER)]
         failures = Counter(line.name for line in self._failed_lines)
         lines = [goal.best_line(pile[:, :2], HAND_HALF_WIDTH, self._failed_lines) for goal in self._goals]
         for line, _ in sorted(lines, key=lambda found: (failures[found[0].name], -found[1])):
@@ -156,7 +156,7 @@ class PickOrder:
     def count_delivered(self, poses: Array) -> int:
         """Return how many objects lie in the order's crate. A net-bag lies there if its middle does."""
         middle = poses[:, :3].reshape(-1, self._members, 3).mean(axis=1)
-        return int(np.count_nonzero(inside(middle, ORDER_CENTER, ORDER_INNER)))
+        return int(np.count_nonzero(are_inside(middle, ORDER_CENTER, ORDER_INNER)))
 
     def fill(
         self, read_state: Callable[[], BinState], begin: Callable[[Plan], None], run_primitives: RunPrimitives

@@ -1,4 +1,4 @@
-"""The object-based strategy: which object it aims at, from poses alone."""
+"""The object-based strategy: the object that it aims at, from poses alone."""
 
 import numpy as np
 import pytest
@@ -22,33 +22,33 @@ def choose(pile, push=PUSH, axes=None):
     return choose_object(pile, push, RADIUS, np.median(pile[:, :2], axis=0), axes)
 
 
-def test_of_the_first_row_it_takes_the_object_whose_way_leads_to_the_centre():
+def test_the_front_object_that_moves_toward_the_centre_is_chosen():
     pile = on_table((0.8, -0.12), (0.8, 0.0), (0.8, 0.12), (0.9, -0.06), (0.9, 0.06), (0.9, 0.0), (0.95, 0.0))
     assert choose(pile) == 1
 
 
 @pytest.mark.parametrize(("center", "expected"), [((0.95, 0.0), 0), ((0.95, 0.1), 1)])
-def test_the_centre_is_what_the_caller_says(center, expected):
+def test_the_caller_says_where_the_centre_is(center, expected):
     assert choose_object(on_table((0.8, 0.0), (0.8, 0.1)), PUSH, RADIUS, np.array(center)) == expected
 
 
-def test_what_lies_behind_another_object_cannot_be_pushed_first():
+def test_an_object_behind_another_one_is_not_chosen():
     pile = on_table((0.90, 0.0), (0.80, 0.01), (1.0, -0.1), (1.0, 0.1))
     assert choose(pile) == 1
 
 
-def test_what_lies_on_others_is_left_alone():
+def test_an_object_on_others_is_not_chosen():
     pile = np.vstack([on_table((0.9, -0.02), (0.9, 0.06), (0.95, 0.02)), [0.85, 0.02, 0.07]])
     assert choose(pile) in (0, 1)
 
 
-def test_an_object_that_would_slide_away_along_its_neighbour_loses():
-    # Both are as far off the centre's line; the first touches a neighbour that turns it outwards.
-    free, blocked = (0.8, 0.05), (0.8, -0.05)
-    neighbour = (0.8 + 0.045, -0.05 + 0.03)
-    counterweight = (0.8 + 0.15, -0.05 + 0.07)
-    pile = on_table(blocked, free, neighbour, counterweight, (0.95, 0.0))
-    assert choose(pile) == 1
+@pytest.mark.parametrize(("diameters", "expected"), [(1.0, 1), (1.1, 1), (1.2, 0), (1.5, 0)])
+def test_an_object_that_would_slide_away_along_the_neighbour_that_it_touches_loses(diameters, expected):
+    # The first one is nearer to the centre's line; a neighbour that it touches turns it outwards.
+    first, second = (0.8, -0.05), (0.8, 0.06)
+    neighbour = (0.8 + 0.045 * diameters, -0.05 + 0.03 * diameters)
+    pile = on_table(first, second, neighbour, (0.95, 0.02), (0.95, 0.0))
+    assert choose(pile) == expected
 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.5, -1.2])
@@ -67,7 +67,7 @@ def test_a_cylinder_that_can_roll_or_stands_is_preferred(axis):
     assert choose(pile, axes=axes) == 1
 
 
-def test_where_no_cylinder_is_turned_well_the_best_placed_one_is_taken():
+def test_among_cylinders_that_all_point_along_the_push_the_place_decides():
     pile = on_table((0.8, 0.0), (0.8, 0.1), (0.9, 0.0), (0.9, -0.05))
     assert choose(pile, axes=np.tile(ALONG, (4, 1))) == 0
 

@@ -5,12 +5,15 @@ import pytest
 
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.planning.layout import CORNER_DISTANCE, make_layout
-from pilegrasp_ctrl.planning.push_line import WALL_CLEARANCE, between_walls, plan_push_line
+from pilegrasp_ctrl.planning.push_line import center_between_walls, plan_push_line
 from pilegrasp_ctrl.planning.strategy import tool_rotation
 from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.sections import PileConfig, StrategyConfig, SupportConfig
 from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.objects import objects_of
+
+WALL_CLEARANCE = 0.02
+"""Clearance of the hand to a wall that it passes [m]; hand and arm give way sideways by less."""
 
 POINT = np.array([1.0, -0.02])
 APEX = np.array([CORNER_DISTANCE, 0.0])
@@ -37,22 +40,22 @@ def gaps(outline, fingertips):
     return ((fingertips - APEX + low[:, :2]) @ normals.T - low[:, 3:]).min(axis=0)
 
 
-def test_a_ball_between_two_walls_goes_along_their_bisector():
+def test_a_ball_between_two_walls_moves_along_their_bisector():
     ball = np.array([[0.0, 0.0, 0.0, 0.03]])
-    np.testing.assert_allclose(between_walls(walls("corner"), ball, along(0.0), POINT), [1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(center_between_walls(walls("corner"), ball, along(0.0), POINT), [1.0, 0.0], atol=1e-12)
 
 
-def test_what_is_above_the_walls_needs_no_room():
+def test_parts_of_the_hand_above_the_walls_need_no_room():
     balls = np.array([[0.0, 0.0, 0.0, 0.03], [0.0, -0.2, 0.2, 0.03]])
-    np.testing.assert_allclose(between_walls(walls("corner"), balls, along(0.0), POINT), [1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(center_between_walls(walls("corner"), balls, along(0.0), POINT), [1.0, 0.0], atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["rbo_hand2", "shovel"])
 @pytest.mark.parametrize("alpha", [-30.0, 0.0, 20.0])
 @pytest.mark.parametrize("beta", [-20.0, 0.0])
-def test_both_sides_of_the_hand_meet_their_walls_at_once(name, alpha, beta):
+def test_both_sides_of_the_hand_meet_their_walls_at_the_same_time(name, alpha, beta):
     outline = turned(Hand.load(name), alpha, beta)
-    line = between_walls(walls("corner"), outline, along(alpha), POINT)
+    line = center_between_walls(walls("corner"), outline, along(alpha), POINT)
     assert (line - POINT) @ along(alpha) == pytest.approx(0.0, abs=1e-12)
     left, right = -along(45.0) @ along(alpha), -along(-45.0) @ along(alpha)
     gap = gaps(outline, line) - WALL_CLEARANCE
@@ -62,20 +65,20 @@ def test_both_sides_of_the_hand_meet_their_walls_at_once(name, alpha, beta):
 @pytest.mark.parametrize("beta", [-20.0, 0.0, 20.0])
 def test_the_thumb_keeps_clear_of_a_wall_along_the_push(beta):
     outline = turned(Hand.load("rbo_hand2"), 45.0, beta)
-    line = between_walls(walls("corner"), outline, along(45.0), POINT)
+    line = center_between_walls(walls("corner"), outline, along(45.0), POINT)
     for way in (-0.1, 0.0, 0.05):
         assert gaps(outline, line + way * along(45.0))[1] == pytest.approx(WALL_CLEARANCE)
 
 
 @pytest.mark.parametrize("kind", ["none", "wall"])
-def test_without_two_walls_the_push_stays_where_the_pile_is(kind):
+def test_without_two_walls_the_push_line_is_not_moved(kind):
     outline = turned(Hand.load("rbo_hand2"), 45.0, -20.0)
-    assert between_walls(walls(kind), outline, along(45.0), POINT) is POINT
+    assert center_between_walls(walls(kind), outline, along(45.0), POINT) is POINT
 
 
-def test_a_wall_that_the_push_leaves_behind_does_not_count():
+def test_a_wall_behind_the_push_does_not_count():
     outline = turned(Hand.load("rbo_hand2"), 60.0, 0.0)
-    assert between_walls(walls("corner"), outline, along(60.0), POINT) is POINT
+    assert center_between_walls(walls("corner"), outline, along(60.0), POINT) is POINT
 
 
 def test_an_attempt_among_cylinders_in_a_corner_touches_down_beside_the_wall(tmp_path, monkeypatch):

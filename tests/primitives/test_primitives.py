@@ -3,18 +3,15 @@
 import numpy as np
 import pytest
 
-from pilegrasp_ctrl.planning.hand_use import HandUse
-from pilegrasp_ctrl.planning.strategy import HAND_ROOM, line_plan, pile_extent, pile_strategy, tool_rotation
+from pilegrasp_ctrl.planning.strategy import tool_rotation
 from pilegrasp_ctrl.primitives.free_motions import Carry, Lift, Move
 from pilegrasp_ctrl.primitives.grasp import Grasp, Release, Scoop
 from pilegrasp_ctrl.primitives.guarded_motions import Approach, Push
 from pilegrasp_ctrl.primitives.primitive import PrimitiveInput, Setpoint
-from pilegrasp_ctrl.sections import LineConfig, StrategyConfig
 from pilegrasp_ctrl.types import Pose, Reference
 
 X = np.array([1.0, 0.0, 0.0])
 HERE = Pose([0.6, 0.0, 0.25], tool_rotation(0.0, 0.8))
-HAND = HandUse(0.8, 0.006, 0.0, 0.3, 2.0, 0.04, 0.0, 0.083, np.zeros((0, 4)))
 
 
 def inputs(time, pose=HERE, force=(0.0, 0.0, 0.0)):
@@ -129,42 +126,43 @@ def test_lift_must_arrive():
     assert active.ending(inputs(over, HERE)).failed
 
 
-def test_strategy_places_the_hand_behind_the_pile_and_turns_with_alpha_and_beta():
-    config = StrategyConfig(alpha_deg=30.0, beta_deg=-10.0, theta_deg=50.0)
-    center = np.array([0.9, 0.0])
-    plan = pile_strategy(config, HAND, center, 0.12, 1.0)
-    direction = np.array([np.cos(np.pi / 6), np.sin(np.pi / 6), 0.0])
-    touch = plan.waypoints[1].translation
-    np.testing.assert_allclose(touch, [*center, 0.0] - (0.12 + config.clearance) * direction, atol=1e-12)
-    np.testing.assert_allclose(plan.primitives[1].direction, direction)
-    fingers = plan.start.rotation[:, 0]
-    assert np.degrees(np.arcsin(-fingers[2])) == pytest.approx(50.0)
-    assert np.degrees(np.arctan2(fingers[1], fingers[0])) == pytest.approx(20.0)
-    np.testing.assert_allclose(plan.start.rotation.T @ plan.start.rotation, np.eye(3), atol=1e-12)
-    assert np.linalg.norm(plan.end.translation[:2]) == pytest.approx(1.0)
-    assert [primitive.name for primitive in plan.primitives] == ["approach", "push", "grasp", "lift"]
-    assert len(pile_strategy(config, HAND, center, 0.12, 1.0, grasp=False).primitives) == 2
+CRATE = Pose([0.55, 0.36, 0.22], tool_rotation(0.57, 0.9))
+IN_BIN = Pose([0.9, 0.0, 0.01], tool_rotation(0.0, 0.9))
 
 
-def test_line_plan_starts_and_ends_where_asked():
-    plan = line_plan(LineConfig(start=(0.6, -0.1, 0.3), displacement=(0.0, 0.2, 0.0)), HAND)
-    np.testing.assert_allclose(plan.start.translation, [0.6, -0.1, 0.3])
-    np.testing.assert_allclose(plan.end.translation, [0.6, 0.1, 0.3])
+def test_carry_rises_to_the_height_of_its_goal_before_it_crosses():
+    active = Carry(CRATE, 0.25, 1.0).begin(inputs(0.0, IN_BIN), still(IN_BIN))
+    up, across = active.path.lines
+    assert up.displacement[2] == pytest.approx(0.21)
+    assert up.displacement[1] == 0.0
+    assert across.displacement[2] == pytest.approx(0.0, abs=1e-12)
+    np.testing.assert_allclose(active.path.end.translation, CRATE.translation, atol=1e-9)
+    np.testing.assert_allclose(active.path.end.rotation, CRATE.rotation, atol=1e-9)
 
 
-def test_the_piles_edge_ignores_strays():
-    radius, center, push = 0.027, np.zeros(2), X[:2]
-    row = np.array([[-0.1, 0.0], [-0.05, 0.02], [0.0, 0.0], [0.06, 0.0]])
-    assert pile_extent(row, radius, center, push) == pytest.approx(0.127)
-    behind = np.vstack([row, [-0.3, 0.0]])
-    assert pile_extent(behind, radius, center, push) == pytest.approx(0.127)
-    aside = np.vstack([row, [-0.14, 0.2]])
-    assert pile_extent(aside, radius, center, push) == pytest.approx(0.127)
+def test_carry_backs_off_from_where_the_hand_is_and_not_from_where_the_reference_is():
+    active = Carry(CRATE, 0.25, 1.0).begin(inputs(0.0, IN_BIN.moved([-0.02, 0.0, 0.0])), still(IN_BIN))
+    assert active.path.lines[0].end.translation[0] == pytest.approx(0.9 - 0.02 - 0.06)
 
 
-def test_a_gap_too_narrow_for_the_hand_belongs_to_the_pile():
-    radius, center, push = 0.027, np.zeros(2), X[:2]
-    narrow, wide = (np.array([[0.0, 0.0], [-2.0 * radius - gap, 0.0]]) for gap in (HAND_ROOM - 0.01, HAND_ROOM + 0.01))
-    assert pile_extent(narrow, radius, center, push) == pytest.approx(3.0 * radius + HAND_ROOM - 0.01)
-    assert pile_extent(wide, radius, center, push) == pytest.approx(radius)
-    assert pile_extent(narrow, radius, center, push, room=radius) == pytest.approx(radius)
+def test_carry_at_the_height_of_its_goal_goes_straight():
+    here = IN_BIN.moved([0.0, 0.0, 0.21])
+    active = Carry(CRATE, 0.25, 1.0).begin(inputs(0.0, here), still(here))
+    assert len(active.path.lines) == 1
+
+
+def test_carry_must_arrive():
+    active = Carry(CRATE, 0.25, 1.0).begin(inputs(0.0, IN_BIN), still(IN_BIN))
+    late = active.path.duration + 1.0
+    assert active.ending(inputs(late, CRATE)).trigger == "arrived"
+    assert active.ending(inputs(late, CRATE.moved([0.0, 0.1, 0.0]))).failed
+    assert active.ending(inputs(0.5, CRATE)) is None
+
+
+def test_release_opens_the_hand_and_stays():
+    active = Release(1.0).begin(inputs(0.0, CRATE), still(CRATE, 1.0))
+    setpoint = active.setpoint(inputs(0.4, CRATE))
+    assert setpoint.closure == 0.0
+    np.testing.assert_array_equal(setpoint.reference.pose.translation, CRATE.translation)
+    assert active.ending(inputs(0.9, CRATE)) is None
+    assert active.ending(inputs(1.0, CRATE)).trigger == "opened"

@@ -12,13 +12,11 @@ from pilegrasp_ctrl.exceptions import ConfigurationError, UnreachablePoseError
 from pilegrasp_ctrl.planning.layout import make_layout
 from pilegrasp_ctrl.planning.push_goal import NEAR_A_FAILED_LINE
 from pilegrasp_ctrl.planning.strategy import Plan, tool_rotation
-from pilegrasp_ctrl.planning.walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, inside
-from pilegrasp_ctrl.primitives.free_motions import CARRY_BACK, Carry
+from pilegrasp_ctrl.planning.walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, are_inside
 from pilegrasp_ctrl.primitives.grasp import Release
-from pilegrasp_ctrl.primitives.primitive import PrimitiveInput, Setpoint
 from pilegrasp_ctrl.programs.pick_order import BinState, PickOrder, delivery_pose
 from pilegrasp_ctrl.sections import PileConfig, SupportConfig
-from pilegrasp_ctrl.types import Outcome, Pose, Reference
+from pilegrasp_ctrl.types import Outcome, Pose
 
 BIN = {"program": "order", "support.bin": True, "support.tilt_deg": 5.0}
 LAYOUT = make_layout(SupportConfig(bin=True), PileConfig(), 0.054, order=True)
@@ -189,7 +187,15 @@ def test_a_net_bag_counts_as_one():
     world = World([1, 1, 2], members=3, count=15)
     assert world.fill() is None
     assert [attempt.delivered for attempt in world.order.attempts] == [1, 1, 2]
-    assert np.count_nonzero(inside(world.poses, ORDER_CENTER, ORDER_INNER)) == 12
+    assert np.count_nonzero(are_inside(world.poses, ORDER_CENTER, ORDER_INNER)) == 12
+
+
+def test_the_fingertips_travel_six_centimetres_above_the_rims_and_stop_short_of_the_crates_middle():
+    point = delivery_pose(0.9).translation
+    assert point[2] - BIN_INNER[2] == pytest.approx(0.06)
+    assert point[2] - ORDER_INNER[2] == pytest.approx(0.06)
+    forward = delivery_pose(0.9).rotation[:2, 0]
+    np.testing.assert_allclose(ORDER_CENTER - point[:2], 0.04 * forward / np.linalg.norm(forward), atol=1e-12)
 
 
 def test_the_orders_crate_stands_beside_the_bin():
@@ -198,42 +204,7 @@ def test_the_orders_crate_stands_beside_the_bin():
     right = next(wall for wall in LAYOUT.walls if wall.name == "order_right")
     assert right.center[1] - right.half_size[0] > left.center[1] + left.half_size[0]
     points = np.array([[*ORDER_CENTER, 0.03], [*ORDER_CENTER, 0.2], [0.9, 0.0, 0.03]])
-    assert inside(points, ORDER_CENTER, ORDER_INNER).tolist() == [True, False, False]
-    assert delivery_pose(0.9).translation[2] > BIN_INNER[2] + 0.05
-
-
-def inputs(pose, time=0.0):
-    return PrimitiveInput(time, pose, np.zeros(6))
-
-
-def test_carry_rises_before_it_crosses_and_arrives_turned():
-    low = Pose([0.9, 0.0, 0.01], tool_rotation(0.0, 0.9))
-    active = Carry(delivery_pose(0.9), 0.25, 1.0).begin(
-        inputs(low.moved([-0.02, 0.0, 0.0])), Setpoint(Reference(low), 1.0)
-    )
-    times = np.linspace(0.0, active.path.duration, 400)
-    way = np.array([active.path.at(time).pose.translation for time in times])
-    across = np.abs(way[:, 1]) > 1e-6
-    assert way[across, 2].min() > 0.22 - 1e-9
-    # It backs off from where the hand is, not from where the reference has gone.
-    assert way[~across, 0].min() == pytest.approx(0.9 - 0.02 - CARRY_BACK, abs=1e-6)
-    end = active.path.at(active.path.duration).pose
-    np.testing.assert_allclose(end.rotation, delivery_pose(0.9).rotation, atol=1e-9)
-    np.testing.assert_allclose(end.translation, delivery_pose(0.9).translation, atol=1e-9)
-    late = active.path.duration + 1.0
-    assert active.ending(inputs(end, late)).trigger == "arrived"
-    assert active.ending(inputs(end.moved([0.0, 0.1, 0.0]), late)).failed
-    assert active.ending(inputs(end, 0.5)) is None
-
-
-def test_release_opens_and_stays():
-    here = delivery_pose(0.9)
-    active = Release(1.0).begin(inputs(here), Setpoint(Reference(here), 1.0))
-    setpoint = active.setpoint(inputs(here, 0.4))
-    assert setpoint.closure == 0.0
-    np.testing.assert_array_equal(setpoint.reference.pose.translation, here.translation)
-    assert active.ending(inputs(here, 0.9)) is None
-    assert active.ending(inputs(here, 1.0)).trigger == "opened"
+    assert are_inside(points, ORDER_CENTER, ORDER_INNER).tolist() == [True, False, False]
 
 
 @pytest.mark.parametrize(
@@ -265,9 +236,9 @@ def test_an_order_of_one_ends_in_its_crate():
     assert recording.meta["attempts"] == answer["attempts"]
     objects = [index for index, body in enumerate(recording.bodies) if body.role == "object"]
     ends = recording.body_position[-1, objects]
-    assert np.count_nonzero(inside(ends, ORDER_CENTER, ORDER_INNER)) == 1
+    assert np.count_nonzero(are_inside(ends, ORDER_CENTER, ORDER_INNER)) == 1
     starts = recording.body_position[0, objects]
-    assert not inside(starts, ORDER_CENTER, ORDER_INNER).any()
+    assert not are_inside(starts, ORDER_CENTER, ORDER_INNER).any()
     assert math.isclose(result.attempts[-1].end, result.sim_time, abs_tol=0.01)
 
 

@@ -38,21 +38,21 @@ def wrong_by(error, tilt=0.0):
 @pytest.mark.parametrize("tilt", [0.0, 2.0, 5.0])
 def test_a_positive_error_is_a_floor_that_rises_toward_the_support(tilt):
     layout = known(tilt)
-    scene_to_known = layout.rising(ERROR).transform_from(layout).inverse()
+    scene_to_known = layout.with_rising_floor(ERROR).transform_from(layout).inverse()
     # Seen from where the floor is thought to be: the foot is in its place, and before it the floor lies lower.
     for before in (0.0, 0.2, 0.4):
         seen = scene_to_known @ Pose(np.array([layout.support_distance - before, 0.1, 0.0]))
         expected = [layout.support_distance - before * math.cos(ERROR), 0.1, -before * math.sin(ERROR)]
         np.testing.assert_allclose(seen.translation, expected, atol=1e-12)
-    gravity = scene_to_known.rotation @ layout.rising(ERROR).gravity
+    gravity = scene_to_known.rotation @ layout.with_rising_floor(ERROR).gravity
     np.testing.assert_allclose(gravity, layout.gravity, atol=1e-12)
 
 
 @pytest.mark.parametrize("tilt", [0.0, 5.0])
 def test_without_an_error_nothing_is_turned_not_even_by_rounding(tilt):
     layout = known(tilt)
-    assert repr(layout.rising(0.0)) == repr(layout)
-    transform = layout.rising(0.0).transform_from(layout)
+    assert repr(layout.with_rising_floor(0.0)) == repr(layout)
+    transform = layout.with_rising_floor(0.0).transform_from(layout)
     np.testing.assert_array_equal(transform.rotation, np.eye(3))
     np.testing.assert_array_equal(transform.translation, np.zeros(3))
 

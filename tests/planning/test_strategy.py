@@ -1,0 +1,73 @@
+"""The plan of an attempt: where the hand comes down, how far it pushes, and how it lifts."""
+
+import numpy as np
+import pytest
+
+from pilegrasp_ctrl.planning.hand_use import HandUse
+from pilegrasp_ctrl.planning.strategy import HAND_ROOM, pile_extent, plan_attempt, plan_line
+from pilegrasp_ctrl.primitives.primitive import PrimitiveInput, Setpoint
+from pilegrasp_ctrl.sections import LineConfig, StrategyConfig
+from pilegrasp_ctrl.types import Reference
+
+X = np.array([1.0, 0.0, 0.0])
+HAND = HandUse(0.8, 0.006, 0.0, 0.3, 2.0, 0.04, 0.0, 0.083, np.zeros((0, 4)))
+
+
+def test_the_plan_places_the_hand_behind_the_pile_and_turns_with_alpha_and_beta():
+    config = StrategyConfig(alpha_deg=30.0, beta_deg=-10.0, theta_deg=50.0)
+    center = np.array([0.9, 0.0])
+    plan = plan_attempt(config, HAND, center, 0.12, 1.0)
+    direction = np.array([np.cos(np.pi / 6), np.sin(np.pi / 6), 0.0])
+    touch = plan.waypoints[1].translation
+    np.testing.assert_allclose(touch, [*center, 0.0] - (0.12 + config.clearance) * direction, atol=1e-12)
+    np.testing.assert_allclose(plan.primitives[1].direction, direction)
+    fingers = plan.start.rotation[:, 0]
+    assert np.degrees(np.arcsin(-fingers[2])) == pytest.approx(50.0)
+    assert np.degrees(np.arctan2(fingers[1], fingers[0])) == pytest.approx(20.0)
+    np.testing.assert_allclose(plan.start.rotation.T @ plan.start.rotation, np.eye(3), atol=1e-12)
+    assert np.linalg.norm(plan.end.translation[:2]) == pytest.approx(1.0)
+    assert [primitive.name for primitive in plan.primitives] == ["approach", "push", "grasp", "lift"]
+    assert len(plan_attempt(config, HAND, center, 0.12, 1.0, grasp=False).primitives) == 2
+
+
+@pytest.mark.parametrize("alpha_deg", [0.0, 30.0, -60.0])
+def test_the_lift_leaves_the_support_by_six_centimetres_against_the_push(alpha_deg):
+    plan = plan_attempt(StrategyConfig(alpha_deg=alpha_deg), HAND, np.array([0.9, 0.0]), 0.12, 1.0)
+    lift = plan.primitives[-1]
+    held = Setpoint(Reference(plan.end), 1.0)
+    active = lift.begin(PrimitiveInput(0.0, plan.end, np.zeros(6)), held)
+    away = active.path.lines[0].displacement
+    np.testing.assert_allclose(away, [*(-0.06 * plan.direction[:2]), 0.06], atol=1e-12)
+    assert active.path.end.translation[2] == pytest.approx(StrategyConfig().lift_height)
+
+
+def test_a_line_starts_and_ends_where_asked():
+    plan = plan_line(LineConfig(start=(0.6, -0.1, 0.3), displacement=(0.0, 0.2, 0.0)), HAND)
+    np.testing.assert_allclose(plan.start.translation, [0.6, -0.1, 0.3])
+    np.testing.assert_allclose(plan.end.translation, [0.6, 0.1, 0.3])
+
+
+def test_only_objects_before_the_four_fingers_are_in_the_hands_way():
+    """The fingers of the RBO Hand 2 are 0.12 m wide: an object counts if its edge is less than 0.06 m off the line."""
+    radius, center = 0.027, np.zeros(2)
+    inside, beside = (np.array([[0.0, 0.0], [-0.1, aside]]) for aside in (0.085, 0.089))
+    assert pile_extent(inside, radius, center, X[:2]) == pytest.approx(0.127)
+    assert pile_extent(beside, radius, center, X[:2]) == pytest.approx(0.027)
+
+
+def test_the_piles_edge_ignores_strays():
+    radius, center, push = 0.027, np.zeros(2), X[:2]
+    row = np.array([[-0.1, 0.0], [-0.05, 0.02], [0.0, 0.0], [0.06, 0.0]])
+    assert pile_extent(row, radius, center, push) == pytest.approx(0.127)
+    behind = np.vstack([row, [-0.3, 0.0]])
+    assert pile_extent(behind, radius, center, push) == pytest.approx(0.127)
+    aside = np.vstack([row, [-0.14, 0.2]])
+    assert pile_extent(aside, radius, center, push) == pytest.approx(0.127)
+
+
+def test_a_gap_too_narrow_for_the_hand_belongs_to_the_pile():
+    radius, center, push = 0.027, np.zeros(2), X[:2]
+    narrow, wide = (np.array([[0.0, 0.0], [-2.0 * radius - gap, 0.0]]) for gap in (HAND_ROOM - 0.01, HAND_ROOM + 0.01))
+    assert pile_extent(narrow, radius, center, push) == pytest.approx(3.0 * radius + HAND_ROOM - 0.01)
+    assert pile_extent(wide, radius, center, push) == pytest.approx(radius)
+    assert pile_extent(narrow, radius, center, push, room=radius) == pytest.approx(radius)
