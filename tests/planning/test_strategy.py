@@ -30,6 +30,13 @@ def test_the_plan_places_the_hand_behind_the_pile_and_turns_with_alpha_and_beta(
     assert len(plan_attempt(config, HAND, center, 0.12, 1.0, grasp=False).primitives) == 2
 
 
+def test_an_attempt_starts_above_and_behind_the_touch_down():
+    plan = plan_attempt(StrategyConfig(alpha_deg=30.0), HAND, np.array([0.9, 0.0]), 0.12, 1.0)
+    pre_grasp, touch = (pose.translation for pose in plan.waypoints)
+    np.testing.assert_allclose(pre_grasp - touch, [0.0, 0.0, 0.06], atol=1e-12)
+    np.testing.assert_allclose(plan.start.translation - touch, [*(-0.06 * plan.direction[:2]), 0.22], atol=1e-12)
+
+
 @pytest.mark.parametrize("alpha_deg", [0.0, 30.0, -60.0])
 def test_the_lift_leaves_the_support_by_six_centimetres_against_the_push(alpha_deg):
     plan = plan_attempt(StrategyConfig(alpha_deg=alpha_deg), HAND, np.array([0.9, 0.0]), 0.12, 1.0)
