@@ -13,16 +13,16 @@ from .exceptions import RecordingError
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contacts:
-    """K contacts in F frames; those of frame f are the rows `start[f]` to `start[f + 1]` of the other arrays.
+    """K contacts in F frames. The rows `start[f]` to `start[f + 1]` of the other arrays belong to frame f.
 
     Attributes:
-        start: (F + 1,) int64, from 0 to K, not decreasing.
-        bodies: (K, 2) int32, indices of the two bodies in the recording.
-        position: (K, 3) [m] in the scene's frame, float32.
-        force: (K, 3) [N] in the scene's axes, what the second body does to the first, float32.
+        start: (F + 1,) int64 row indices from 0 to K, not decreasing.
+        bodies: (K, 2) int32 indices of the two bodies in the recording.
+        position: (K, 3) contact points in the scene's frame, float32 [m].
+        force: (K, 3) forces of the second body on the first, in the scene's axes, float32 [N].
 
     Raises:
-        RecordingError: where the arrays do not fit together, an index is negative or a value is not finite.
+        RecordingError: The arrays do not fit together, an index is negative, or a value is not finite.
     """
 
     start: NDArray[np.int64]
@@ -31,11 +31,11 @@ class Contacts:
     force: NDArray[np.float32]
 
     def __post_init__(self) -> None:
-        start = _frozen(self.start, np.int64, "start")
+        start = finite_array(self.start, np.int64, "the contacts' start")
         if start.ndim != 1 or not start.size or start[0] != 0 or (np.diff(start) < 0).any():
             raise RecordingError("the contacts' start is not a list of indices that begins at 0 and does not decrease")
         for name, dtype, width in (("bodies", np.int32, 2), ("position", np.float32, 3), ("force", np.float32, 3)):
-            array = _frozen(getattr(self, name), dtype, name)
+            array = finite_array(getattr(self, name), dtype, f"the contacts' {name}")
             if array.size == 0:
                 array = array.reshape(-1, width)
             if array.shape != (start[-1], width):
@@ -47,9 +47,12 @@ class Contacts:
             raise RecordingError("the contacts' bodies hold a negative index")
         object.__setattr__(self, "start", start)
 
+    def __repr__(self) -> str:
+        return f"Contacts({len(self.force)} contacts in {self.frames} frames)"
+
     @property
     def frames(self) -> int:
-        """Return F."""
+        """Number of frames F."""
         return self.start.size - 1
 
     def at(self, frame: int) -> slice:
@@ -57,14 +60,26 @@ class Contacts:
         return slice(int(self.start[frame]), int(self.start[frame + 1]))
 
 
-def _frozen(value: ArrayLike, dtype: type, name: str) -> NDArray[Any]:
+def finite_array(value: ArrayLike, dtype: type, name: str) -> NDArray[Any]:
+    """Return a read-only copy of `value`.
+
+    Args:
+        value: Numbers.
+        dtype: Type of the numbers in the copy.
+        name: Name of the array in an error.
+
+    Raises:
+        RecordingError: A value is not a number, is not finite in `dtype`, or is not whole although `dtype` is.
+    """
     try:
         with np.errstate(over="ignore", invalid="ignore"):
-            array: NDArray[Any] = np.array(value).astype(dtype)
-            kept = np.issubdtype(dtype, np.floating) or np.array_equal(array, np.asarray(value))
+            array: NDArray[Any] = np.array(value, dtype=dtype)
+        whole = np.issubdtype(dtype, np.floating) or np.array_equal(array, np.asarray(value))
     except (TypeError, ValueError, OverflowError) as error:
-        raise RecordingError(f"the contacts' {name} is not an array of numbers") from error
-    if not kept or not np.isfinite(array).all():
-        raise RecordingError(f"the contacts' {name} holds a value that is not finite or not a whole number")
+        raise RecordingError(f"{name} is not an array of numbers") from error
+    if not whole:
+        raise RecordingError(f"{name} holds a value that is not a whole number")
+    if not np.isfinite(array).all():
+        raise RecordingError(f"{name} holds a value that is not finite")
     array.setflags(write=False)
     return array

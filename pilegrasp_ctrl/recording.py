@@ -1,4 +1,4 @@
-"""What an attempt wrote down: shapes, motion and signals in one `.npz` file that numpy alone can read."""
+"""Recording of an attempt: shapes, motion and signals in one `.npz` file that numpy alone can read."""
 
 from __future__ import annotations
 
@@ -15,26 +15,40 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .contacts import Contacts
+from .contacts import Contacts, finite_array
 from .exceptions import RecordingError
 from .files import write_whole
 
 FORMAT = "pilegrasp-recording"
-VERSION = 2
-READABLE = (1, 2)
-"""Versions that `Recording.load` reads; the first knew no contacts."""
-ROLES = ("arm", "hand", "object", "support", "sensor")
-SIZE_LENGTH = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3, "plane": 2}
+"""Name of the format in the file's header."""
 
-# An archive may claim any size; a real recording of ten minutes stays far below this.
-_MAX_BYTES = 1 << 30
-_LAST_TIME = 1e7
+VERSION = 2
+"""Version that `Recording.save` writes."""
+
+READABLE = (1, 2)
+"""Versions that `Recording.load` reads. Version 1 has no contacts."""
+
+ROLES = ("arm", "hand", "object", "support", "sensor")
+"""Roles of a body."""
+
+SIZE_LENGTH = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3, "plane": 2}
+"""Number of sizes by kind of shape."""
+
+UNIT_TOLERANCE = 1e-3
+"""Largest deviation of a quaternion's norm from 1 [-]; chosen above the rounding of float32."""
+
+MAX_BYTES = 1 << 30
+"""Largest unpacked size of a file that is read [bytes]; chosen far above a recording of ten minutes."""
+
+MAX_TIME = 1e7
+"""Largest time in a recording [s]; chosen."""
+
 _SIGNAL_PREFIX = "signal/"
 _CONTACT_PREFIX = "contact/"
 _CONTACT_ENTRIES = ("start", "bodies", "position", "force")
 
 
-def _reals(value: Any, length: int, name: str) -> tuple[float, ...]:
+def _finite_tuple(value: Any, length: int, name: str) -> tuple[float, ...]:
     try:
         numbers = tuple(float(x) for x in value)
     except (TypeError, ValueError) as error:
@@ -44,36 +58,24 @@ def _reals(value: Any, length: int, name: str) -> tuple[float, ...]:
     return numbers
 
 
-def _unit(value: Any, name: str) -> tuple[float, ...]:
-    numbers = _reals(value, 4, name)
-    if abs(math.hypot(*numbers) - 1.0) > 1e-3:
+def _unit_quaternion(value: Any, name: str) -> tuple[float, ...]:
+    numbers = _finite_tuple(value, 4, name)
+    if abs(math.hypot(*numbers) - 1.0) > UNIT_TOLERANCE:
         raise RecordingError(f"{name} is {list(numbers)}, which is not a unit quaternion (wxyz)")
     return numbers
 
 
-def _frozen(value: ArrayLike, dtype: type, name: str) -> NDArray[Any]:
-    try:
-        with np.errstate(over="ignore"):
-            array: NDArray[Any] = np.array(value, dtype=dtype)
-    except (TypeError, ValueError) as error:
-        raise RecordingError(f"{name} is not an array of numbers") from error
-    if not np.isfinite(array).all():
-        raise RecordingError(f"{name} holds a value that is not finite")
-    array.setflags(write=False)
-    return array
-
-
-def _times(value: ArrayLike, name: str) -> NDArray[np.float64]:
-    times = _frozen(value, np.float64, name)
+def _increasing_times(value: ArrayLike, name: str) -> NDArray[np.float64]:
+    times = finite_array(value, np.float64, name)
     if times.ndim != 1 or (np.diff(times) <= 0.0).any():
         raise RecordingError(f"{name} is not a list of strictly increasing times")
-    if times.size and np.abs(times).max() > _LAST_TIME:
-        raise RecordingError(f"{name} holds a time beyond {_LAST_TIME:g} s")
+    if times.size and np.abs(times).max() > MAX_TIME:
+        raise RecordingError(f"{name} holds a time beyond {MAX_TIME:g} s")
     return times
 
 
-def _plain(value: Any) -> Any:
-    """Let JSON take numpy's numbers and arrays."""
+def _json_value(value: Any) -> Any:
+    """Return numpy's numbers and arrays as JSON values."""
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     raise TypeError(f"{type(value).__name__} is not a JSON value")
@@ -84,16 +86,16 @@ class Shape:
     """A primitive fixed to a body.
 
     Attributes:
-        kind: sphere, capsule, cylinder, box, ellipsoid or plane.
-        size: half-sizes [m] as MuJoCo counts them: sphere (radius), capsule and cylinder (radius, half-length along
-            the local z axis, without the caps), box (half-extents), ellipsoid (radii), plane (half-extents along x and
-            y; 0 is without end). Entries beyond these are dropped.
-        position: (3,) [m] in the body's frame.
-        quaternion: (4,) wxyz, shape to body.
-        rgba: (4,) in 0..1.
+        kind: Kind of the shape: sphere, capsule, cylinder, box, ellipsoid or plane.
+        size: Half sizes as in MuJoCo [m]: sphere (radius), capsule and cylinder (radius, half length along the local z
+            axis, without the caps), box (half extents), ellipsoid (radii), plane (half extents along x and y; 0 for an
+            unbounded plane). Further entries are dropped.
+        position: (3,) position in the body's frame [m].
+        quaternion: (4,) rotation of the shape to the body, wxyz.
+        rgba: (4,) colour, in 0..1.
 
     Raises:
-        RecordingError: where the kind is unknown, a length is wrong or a value is not finite or out of range.
+        RecordingError: The kind is unknown, a length is wrong, or a value is not finite or out of range.
     """
 
     kind: str
@@ -107,21 +109,21 @@ class Shape:
         if length is None:
             raise RecordingError(f"a shape's kind is {self.kind!r}; it must be one of {', '.join(SIZE_LENGTH)}")
         try:
-            size = _reals(tuple(self.size)[:length], length, f"the size of a {self.kind}")
+            size = _finite_tuple(tuple(self.size)[:length], length, f"the size of a {self.kind}")
         except TypeError as error:
             raise RecordingError(f"the size of a {self.kind} is {self.size!r}; numbers are expected") from error
         if min(size) < 0.0 or (min(size) == 0.0 and self.kind != "plane"):
             raise RecordingError(f"the size of a {self.kind} is {list(size)}; it must be positive")
-        rgba = _reals(self.rgba, 4, "a shape's rgba")
+        rgba = _finite_tuple(self.rgba, 4, "a shape's rgba")
         if min(rgba) < 0.0 or max(rgba) > 1.0:
             raise RecordingError(f"a shape's rgba is {list(rgba)}; it must lie in 0..1")
         object.__setattr__(self, "size", size)
-        object.__setattr__(self, "position", _reals(self.position, 3, "a shape's position"))
-        object.__setattr__(self, "quaternion", _unit(self.quaternion, "a shape's quaternion"))
+        object.__setattr__(self, "position", _finite_tuple(self.position, 3, "a shape's position"))
+        object.__setattr__(self, "quaternion", _unit_quaternion(self.quaternion, "a shape's quaternion"))
         object.__setattr__(self, "rgba", rgba)
 
     def half_extents(self) -> tuple[float, float, float]:
-        """Return the half-extents [m] of the box around the shape, in the shape's own axes."""
+        """Return the half extents [m] of the box around the shape, in the shape's own axes."""
         match self.kind:
             case "sphere":
                 return (self.size[0],) * 3
@@ -136,10 +138,15 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """A rigid body with its shapes; `role` is arm, hand, object, support or sensor.
+    """A rigid body with its shapes.
+
+    Attributes:
+        name: Name of the body.
+        role: Role of the body: arm, hand, object, support or sensor.
+        shapes: Shapes fixed to the body.
 
     Raises:
-        RecordingError: where the name is empty, the role is unknown or `shapes` holds something else.
+        RecordingError: The name is empty, the role is unknown, or an entry of `shapes` is no Shape.
     """
 
     name: str
@@ -163,21 +170,22 @@ class Body:
 class Recording:
     """One attempt: F frames of B bodies, and signals at S times of their own.
 
-    Numbers are held as they are stored, so a saved and loaded recording is the same to the last bit.
+    The numbers have the types of the file, so a saved and loaded recording is the same to the last bit. NaN, infinite
+    values, non-increasing times and non-unit quaternions are rejected, both on writing and on reading.
 
     Attributes:
-        meta: JSON values: scenario, seed, success, reason, outcomes and what else the writer knows.
+        meta: JSON values: scenario, seed, success, reason, outcomes and what else the writer adds.
         bodies: B bodies with distinct names.
-        frame_time: (F,) [s], float64, strictly increasing.
-        body_position: (F, B, 3) [m] in the scene's frame, float32.
-        body_quaternion: (F, B, 4) wxyz, body to scene, float32.
-        signal_time: (S,) [s], float64, strictly increasing.
-        signals: name to (S,) or (S, k), float32; units are in `meta["signal_units"]`.
-        contacts: what presses on what at each frame, where that was recorded.
+        frame_time: (F,) times of the frames, strictly increasing, float64 [s].
+        body_position: (F, B, 3) positions in the scene's frame, float32 [m].
+        body_quaternion: (F, B, 4) rotations of the bodies to the scene, wxyz, float32.
+        signal_time: (S,) times of the signals, strictly increasing, float64 [s].
+        signals: Signals (S,) or (S, k) by name, float32; the units are in `meta["signal_units"]`.
+        contacts: Contacts at each frame; None if they were not recorded.
 
     Raises:
-        RecordingError: where shapes do not fit together, a value is not finite, a time does not increase, a
-            quaternion is not of unit length, or `meta` holds something that JSON cannot.
+        RecordingError: The arrays do not fit together, a value or time is rejected, or `meta` holds a value that JSON
+            cannot.
     """
 
     meta: Mapping[str, Any]
@@ -191,7 +199,7 @@ class Recording:
 
     def __post_init__(self) -> None:
         try:
-            meta = json.loads(json.dumps(dict(self.meta), default=_plain, allow_nan=False))
+            meta = json.loads(json.dumps(dict(self.meta), default=_json_value, allow_nan=False))
         except (TypeError, ValueError, RecursionError) as error:
             raise RecordingError(f"the recording's meta cannot be written as JSON: {error}") from error
         bodies = tuple(self.bodies)
@@ -199,20 +207,22 @@ class Recording:
         repeated = sorted({name for name in names if names.count(name) > 1})
         if repeated:
             raise RecordingError(f"the body name {repeated[0]!r} is used more than once")
-        frame_time = _times(self.frame_time, "frame_time")
+        frame_time = _increasing_times(self.frame_time, "frame_time")
         if not bodies or not frame_time.size:
             raise RecordingError("a recording needs at least one body and one frame")
-        position = _frozen(self.body_position, np.float32, "body_position")
-        quaternion = _frozen(self.body_quaternion, np.float32, "body_quaternion")
+        position = finite_array(self.body_position, np.float32, "body_position")
+        quaternion = finite_array(self.body_quaternion, np.float32, "body_quaternion")
         for array, width, name in ((position, 3, "body_position"), (quaternion, 4, "body_quaternion")):
             if array.shape != (frame_time.size, len(bodies), width):
                 raise RecordingError(
                     f"{name} has shape {array.shape}; {(frame_time.size, len(bodies), width)} is expected"
                 )
-        if (np.abs(np.linalg.norm(quaternion, axis=-1) - 1.0) > 1e-3).any():
+        if (np.abs(np.linalg.norm(quaternion, axis=-1) - 1.0) > UNIT_TOLERANCE).any():
             raise RecordingError("body_quaternion holds a quaternion that is not of unit length")
-        signal_time = _times(self.signal_time, "signal_time")
-        signals = {str(name): _frozen(value, np.float32, f"signal {name!r}") for name, value in self.signals.items()}
+        signal_time = _increasing_times(self.signal_time, "signal_time")
+        signals = {
+            str(name): finite_array(value, np.float32, f"signal {name!r}") for name, value in self.signals.items()
+        }
         for name, array in signals.items():
             if array.ndim not in (1, 2) or array.shape[0] != signal_time.size:
                 raise RecordingError(f"signal {name!r} has shape {array.shape}; its length must be {signal_time.size}")
@@ -232,11 +242,17 @@ class Recording:
         ):
             object.__setattr__(self, name, value)
 
+    def __repr__(self) -> str:
+        return (
+            f"Recording({self.meta.get('scenario')!r}, seed={self.meta.get('seed')}, {len(self.frame_time)} frames, "
+            f"{len(self.bodies)} bodies, {len(self.signals)} signals)"
+        )
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the recording as one compressed `.npz`; equal recordings give equal bytes.
 
         Raises:
-            RecordingError: where the place cannot be written; no half-written file is left.
+            RecordingError: The file cannot be written; no half-written file is left.
         """
         header: dict[str, Any] = {
             "format": FORMAT,
@@ -265,10 +281,10 @@ class Recording:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:
-        """Read a recording; nothing in the file is executed.
+        """Read a recording. Nothing in the file is executed.
 
         Raises:
-            RecordingError: where the file is missing, damaged, not a recording, or of another version.
+            RecordingError: The file is missing, damaged, not a recording, or of an unknown version.
         """
         try:
             return cls._from_arrays(_read_arrays(Path(path)))
@@ -276,7 +292,7 @@ class Recording:
             raise RecordingError(f"{str(path)!r} cannot be read as a recording: {error}") from error
         except OSError as error:
             raise RecordingError(f"{str(path)!r} cannot be read: {error.strerror or error}") from error
-        # Damaged archives make zipfile, zlib and numpy raise a dozen unrelated types; to a user they mean one thing.
+        # Damaged archives make zipfile, zlib and numpy raise a dozen unrelated types, which mean the same to a user.
         except Exception as error:
             raise RecordingError(
                 f"{str(path)!r} cannot be read as a recording: the file is damaged or is not an .npz of this program"
@@ -290,7 +306,7 @@ class Recording:
         if header.get("version") not in READABLE:
             known = " and ".join(map(str, READABLE))
             raise RecordingError(f"it has version {header.get('version')!r}; this program reads versions {known}")
-        # A damaged directory loses entries without a word, so the header names the signals too.
+        # A damaged archive can lose entries without an error, so the header names the signals too.
         signals = {name: _SIGNAL_PREFIX + name for name in header["signals"]}
         contacts = {name: _CONTACT_PREFIX + name for name in _CONTACT_ENTRIES} if header.get("contacts") else {}
         expected = {"frame_time", "body_position", "body_quaternion", "signal_time"}
@@ -321,8 +337,8 @@ def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
             raise RecordingError("the file is not a complete .npz archive")
         file.seek(0)
         with zipfile.ZipFile(file) as archive:
-            if sum(entry.file_size for entry in archive.infolist()) > _MAX_BYTES:
-                raise RecordingError(f"it would unpack to more than {_MAX_BYTES >> 20} MiB")
+            if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
+                raise RecordingError(f"it would unpack to more than {MAX_BYTES >> 20} MiB")
         file.seek(0)
         with np.load(file, allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}
