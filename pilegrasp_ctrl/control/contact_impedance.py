@@ -1,4 +1,4 @@
-"""Impedance control that is stiff in free motion and yields along the directions on which a force is asked for."""
+"""Impedance control that is stiff in free motion and yields along the directions of a desired force."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from ..arm.model import ArmModel
 from ..arm.state import ArmState
 from ..exceptions import ConfigurationError
-from ..tasks.gain_values import checked_wrench, scalar
-from ..tasks.gains import Impedance
+from ..tasks.gain_values import check_wrench, read_number
+from ..tasks.gains import FORCE_GAIN_MEANING, Impedance
 from ..types import Array, Command, ControllerOutput, Observation, Reference
 from .force_command import ForceFeedback, ForceRamp
 from .impedance import ImpedanceController
@@ -20,24 +20,27 @@ from .sampled_data import check_force_gain
 from .tool_axes import turn_wrench
 
 YIELDING_STIFFNESS = 0.06
-"""Share of the stiffness that a direction with a desired force keeps: enough to come back, but little beside 5 N."""
-HAND_OVER = 0.1
-"""From position to force and back [s]."""
+"""Share of the stiffness that a direction with a desired force keeps; chosen, enough to return, little beside 5 N."""
+RAMP_TIME = 0.1
+"""Duration of the change from position to force and back [s]; chosen."""
 UP = (0.0, 0.0, 1.0)
+"""Direction along which a hand presses on the table."""
+_INDEPENDENT = 1e-9
+"""Relative singular value above which a direction adds to the others; chosen."""
 
 
 class ContactImpedanceController:
     """Two impedance controllers behind one `step`: position in every direction, or force in some of them.
 
-    The caller's desired force says when to press; gains with a desired force of their own say how hard (see `create`).
-    During the hand-over both controllers compute torques within the limits, and these are mixed; the limits are convex,
+    The caller's desired force tells when to press. If the gains have a desired force, they tell how hard; see `create`.
+    During the change both controllers compute torques within the limits, and these are mixed. The limits are convex,
     so the mixture is within them too.
 
-    Remembers how far the hand-over has got, and the correction of the force where there is one.
+    The controller remembers the progress of the change, and the correction of the force if there is one.
 
     Attributes:
-        free: used while no force is asked for.
-        yielding: used while a force is asked for.
+        free: Controller while no force is desired.
+        yielding: Controller while a force is desired.
     """
 
     def __init__(
@@ -47,24 +50,24 @@ class ContactImpedanceController:
         *,
         own_force: Impedance | None = None,
         force_gain: float = 0.0,
-        force_ramp: float = HAND_OVER,
+        force_ramp: float = RAMP_TIME,
     ) -> None:
         """Join two controllers of the same arm.
 
         Args:
-            free: used while no force is asked for.
-            yielding: used while a force is asked for.
-            own_force: gains whose desired force stands in place of the one that is asked for.
-            force_gain: of the force's correction by the measured wrench [1/s]; 0 is none.
-            force_ramp: how long it takes from one to the other [s].
+            free: Controller while no force is desired.
+            yielding: Controller while a force is desired.
+            own_force: Gains whose desired force replaces the caller's.
+            force_gain: Gain of the force's correction by the measured wrench [1/s]; 0 turns it off.
+            force_ramp: Duration of the change from one controller to the other [s].
 
         Raises:
-            ConfigurationError: where the gain or the time is negative or not finite.
+            ConfigurationError: The gain or the time is negative or not finite.
         """
         self.free, self.yielding = free, yielding
         self._own = own_force
-        self._hand_over = ForceRamp(scalar(force_ramp, "force_ramp", "it is a time in s, and 0 switches at once"))
-        gain = scalar(force_gain, "force_gain", "it is a rate in 1/s, and 0 turns the feedback off")
+        self._ramp = ForceRamp(read_number(force_ramp, "force_ramp", "it is a time in s, and 0 switches at once"))
+        gain = read_number(force_gain, "force_gain", FORCE_GAIN_MEANING)
         self._feedback = ForceFeedback(gain) if gain > 0.0 else None
 
     @classmethod
@@ -79,27 +82,27 @@ class ContactImpedanceController:
         *,
         free: Impedance | None = None,
         wrench_lag: float | None = None,
-        force_ramp: float = HAND_OVER,
+        force_ramp: float = RAMP_TIME,
     ) -> ContactImpedanceController:
         """Set up both controllers.
 
-        Gains without a desired force are for all motion. While a force is asked for, a small share of their stiffness
-        is left along `force_directions`, and all of their damping. Gains with a desired force are for the time in which
-        a force is asked for: they act as they are, and their force counts instead of the one that is asked for.
+        Gains without a desired force serve all motion. While a force is desired, they keep a small share of their
+        stiffness along `force_directions`, and all of their damping. Gains with a desired force serve while a force is
+        desired: they act unchanged, and their force replaces the caller's.
 
         Args:
-            arm: the arm.
-            impedance: the gains.
-            posture: (nv,) preferred [rad].
-            solver: "daqp" or "osqp".
-            rate: how often `step` is called [Hz].
-            force_directions: (3,) or (k, 3) that yield, along the axes of the gains, of any length.
-            free: gains for the time without a force, beside gains with a desired force.
-            wrench_lag: as for `ImpedanceController`.
-            force_ramp: from one to the other [s].
+            arm: Arm to control.
+            impedance: Gains [N/m, N·m/rad].
+            posture: (nv,) Preferred posture [rad].
+            solver: Name of the solver: "daqp", "osqp", "proxqp" or "quadprog".
+            rate: Rate at which you call `step` [Hz].
+            force_directions: (3,) or (k, 3) Directions that yield, along the axes of the gains, of any length.
+            free: Gains while no force is desired; required if `impedance` has a desired force.
+            wrench_lag: Lag of the measured wrench as for `ImpedanceController` [s].
+            force_ramp: Duration of the change from one controller to the other [s].
 
         Raises:
-            ConfigurationError: where a direction is no direction, `free` is missing or has no place, or a controller
+            ConfigurationError: A direction is zero or not finite, `free` is missing or not allowed, or a controller
                 cannot be set up.
         """
         own = impedance if impedance.desired_force.any() else None
@@ -121,28 +124,31 @@ class ContactImpedanceController:
             force_ramp=force_ramp,
         )
 
+    def __repr__(self) -> str:
+        return f"ContactImpedanceController({self.free!r}, {self.yielding!r})"
+
     def step(
         self, observation: Observation, reference: Reference, state: ArmState, desired_force: Array
     ) -> ControllerOutput:
-        """Return the torques for one control period; the wrench of the observation as in `ImpedanceController.step`.
+        """Return the torques for one control period.
 
         Args:
-            observation: what the arm measures.
-            reference: where the springs rest.
+            observation: Measurement of the arm, with the wrench as in `ImpedanceController.step`.
+            reference: Rest pose of the springs and its motion.
             state: `arm.update(observation.q, observation.v)`.
-            desired_force: (6,) to exert on the environment, zeros for motion alone, world axes [N, N·m].
+            desired_force: (6,) Wrench to exert on the environment, zeros for motion alone, world axes [N, N·m].
 
         Raises:
-            ModelError: where the observation holds a value that is not finite.
-            ConfigurationError: where the desired force is not six finite numbers.
+            ModelError: The observation has a value that is not finite.
+            ConfigurationError: The desired force is not six finite numbers.
         """
-        desired_force = checked_wrench(desired_force, "desired_force")
+        desired_force = check_wrench(desired_force, "desired_force")
         if self._own is not None and desired_force.any():
             desired_force = self._own.desired_force
             if self._own.frame == "tool":
                 desired_force = turn_wrench(reference.pose.rotation.T, desired_force)
-        force = self._hand_over.update(observation.time, desired_force)
-        share = self._hand_over.share
+        force = self._ramp.update(observation.time, desired_force)
+        share = self._ramp.share
         if self._feedback is not None:
             force = self._feedback.update(observation.time, force, observation.wrench)
         if share == 0.0:
@@ -154,21 +160,21 @@ class ContactImpedanceController:
 
 
 def _basis(directions: ArrayLike) -> Array:
-    """Return (k, 3) orthonormal directions that span the same as the given ones (3,) or (n, 3)."""
+    """Return (k, 3) orthonormal directions that span the given ones (3,) or (n, 3)."""
     given = np.atleast_2d(np.asarray(directions, dtype=np.float64))
     if given.ndim != 2 or given.shape[1] != 3 or not np.isfinite(given).all():
         raise ConfigurationError(f"force_directions = {given.tolist()} must be directions of three finite numbers")
     sizes, basis = np.linalg.svd(given, full_matrices=False)[1:]
-    basis = basis[sizes > 1e-9 * max(sizes[0], 1e-9)]
+    basis = basis[sizes > _INDEPENDENT * max(sizes[0], _INDEPENDENT)]
     if not len(basis):
         raise ConfigurationError("force_directions are all zero; (0, 0, 1) yields along the vertical")
     return basis
 
 
 def _yielding(stiffness: Array, basis: Array) -> Array:
-    """Return (6, 6) the stiffness that is left when its springs are weakened along `basis` (k, 3).
+    """Return (6, 6) the stiffness with its springs weakened along `basis` (k, 3).
 
-    K^½ (1 - (1 - share) P) K^½ with the projector P: symmetric, and along an axis just a smaller number.
+    It is K^½ (1 - (1 - share) P) K^½ with the projector P: symmetric, and along an axis just a smaller number.
     """
     weaken = np.eye(6)
     weaken[:3, :3] -= (1.0 - YIELDING_STIFFNESS) * basis.T @ basis
@@ -177,7 +183,7 @@ def _yielding(stiffness: Array, basis: Array) -> Array:
 
 
 def _mixed(free: ControllerOutput, pressing: ControllerOutput, share: float) -> ControllerOutput:
-    """Return the mixture; a limit binds it only where it binds both."""
+    """Return the mixture of two outputs; a limit binds it only if it binds both."""
     torque = (1.0 - share) * free.command.torque + share * pressing.command.torque
     acceleration = (1.0 - share) * free.acceleration + share * pressing.acceleration
     active = tuple(name for name in free.active_limits if name in pressing.active_limits)

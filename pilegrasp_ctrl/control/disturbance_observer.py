@@ -1,4 +1,4 @@
-"""What acts on the joints beside the commanded torque, from how the arm's momentum changes."""
+"""Estimate of the joint torques beside the commanded ones, from the change of the arm's momentum."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from ..types import Array, ControllerOutput, Observation, Reference
 from .friction_compensation import FEED_FORWARD_SCALE
 from .operational_space import OperationalSpaceController
 
-_LARGEST_STEP = 0.5
+_LARGEST_BANDWIDTH = 0.5
+"""Largest bandwidth over rate; chosen, quiet with torques one period late (`docs/disturbances.md`)."""
 _LONGEST_GAP = 10.0
+"""Longest time between observations, in periods, after which the estimate is still updated; chosen."""
 
 
 class DisturbanceObserver:
@@ -26,19 +28,19 @@ class DisturbanceObserver:
 
         r = K (p - p(0) - ∫ (tau + Cᵀ v - g - friction(v) + r) dt),    so that    dr/dt = K (tau_ext - r):
 
-    a first-order low-pass of the external torque that needs no acceleration. After A. De Luca, R. Mattone, "Actuator
-    failure detection and isolation using generalized momenta", ICRA 2003, and "Sensorless robot collision detection
-    and hybrid force/motion control", ICRA 2005. Here the torque is held over a period, the other terms are integrated
-    by the trapezoidal rule, and the low-pass is solved exactly: no bandwidth makes the observer itself unstable.
+    This is a first-order low-pass of the external torque that needs no acceleration. After A. De Luca, R. Mattone,
+    "Actuator failure detection and isolation using generalized momenta", ICRA 2003, and "Sensorless robot collision
+    detection and hybrid force/motion control", ICRA 2005. Here the torque is held over a period, the other terms are
+    integrated by the trapezoidal rule, and the low-pass is solved exactly. No bandwidth makes the observer unstable.
 
     `friction(v)` is the arm's own Coulomb and viscous friction at the measured velocity. The controllers feed it
-    forward, and it must not be cancelled twice. What the estimate then holds is the error of that model, payloads,
-    errors of the masses, and contact. Nothing here tells these apart: see `docs/disturbances.md` before using it in
-    contact.
+    forward, and it must not be cancelled twice. The estimate then holds the error of that model, payloads, errors of
+    the masses, and contact. It cannot tell these apart: read `docs/disturbances.md` before you use it in contact.
 
     Attributes:
+        arm: Model that the controller holds.
         bandwidth: K [rad/s]; the estimate follows a step with the time constant 1 / K.
-        bound: (nv,) the largest estimate [N·m].
+        bound: (nv,) Largest estimate [N·m].
     """
 
     def __init__(
@@ -54,22 +56,22 @@ class DisturbanceObserver:
         """Start with an estimate of zero.
 
         Args:
-            arm: the model that the controller holds.
+            arm: Model that the controller holds.
             bandwidth: K [rad/s].
-            rate: how often `update` is called [Hz].
-            share: largest estimate, as a share of the torque limits.
-            friction: whether the controller feeds the arm's friction forward; if not, the estimate holds all of it.
+            rate: Rate at which you call `update` [Hz].
+            share: Largest estimate, as a share of the torque limits.
+            friction: Whether the controller feeds the arm's friction forward; if not, the estimate holds all of it.
             friction_scale: `FrictionCompensation.scale` of the controller [rad/s].
 
         Raises:
-            ConfigurationError: where a number is not positive and finite, or the bandwidth is beyond half the rate.
+            ConfigurationError: A number is not positive and finite, or the bandwidth is above half the rate.
         """
         numbers = {"bandwidth": bandwidth, "rate": rate, "share": share, "friction_scale": friction_scale}
         for name, value in numbers.items():
             if not 0.0 < value < inf:
                 raise ConfigurationError(f"{name} = {value} of the disturbance observer must be positive and finite")
-        if bandwidth > _LARGEST_STEP * rate:
-            largest = _LARGEST_STEP * rate
+        if bandwidth > _LARGEST_BANDWIDTH * rate:
+            largest = _LARGEST_BANDWIDTH * rate
             raise ConfigurationError(f"bandwidth = {bandwidth} rad/s is too fast for {rate} Hz; take at most {largest}")
         self.arm, self.bandwidth = arm, float(bandwidth)
         self.bound: Array = share * arm.torque_limit
@@ -81,6 +83,9 @@ class DisturbanceObserver:
         self._data = self._model.createData()
         self.reset()
 
+    def __repr__(self) -> str:
+        return f"DisturbanceObserver({self.arm!r}, bandwidth={self.bandwidth:g})"
+
     def reset(self) -> None:
         """Forget the estimate and the momentum."""
         self._estimate = np.zeros(self.arm.nv)
@@ -88,7 +93,7 @@ class DisturbanceObserver:
 
     @property
     def estimate(self) -> Array:
-        """(nv,) what the last update returned [N·m]."""
+        """(nv,) The estimate of the last update [N·m]."""
         return self._estimate.copy()
 
     def update(
@@ -97,14 +102,14 @@ class DisturbanceObserver:
         """Return (nv,) the estimated torque of the environment on the joints [N·m].
 
         Args:
-            observation: what the arm measures now.
-            torque: (nv,) what was commanded since the observation before [N·m]; ignored at the first call.
-            state: `arm.update(observation.q, observation.v)` where the caller has it already.
-            hold: keep the estimate as it is, for periods in contact. The momentum is followed all the same, so that the
-                estimate goes on without a jump.
+            observation: Measurement of the arm.
+            torque: (nv,) Torque commanded since the last observation [N·m]; ignored at the first call.
+            state: `arm.update(observation.q, observation.v)`, if you have it already.
+            hold: Whether to keep the estimate unchanged, for periods in contact. The momentum is still followed, so
+                the estimate continues without a jump.
 
         Raises:
-            ModelError: where the observation or the torque has a wrong shape or is not finite; the estimate stays.
+            ModelError: The observation or the torque has a wrong shape or is not finite; the estimate stays.
         """
         state = self.arm.update(observation.q, observation.v) if state is None else state
         torque = np.asarray(torque, dtype=np.float64)
@@ -115,7 +120,7 @@ class DisturbanceObserver:
         if last is None:
             return self._estimate.copy()
         elapsed = observation.time - last[0]
-        # A repeated observation says nothing new, and one after a long gap nothing about the torque in between.
+        # A repeated observation holds nothing new. One after a long gap says nothing about the torque in between.
         if hold or not 0.0 < elapsed <= _LONGEST_GAP * self._period:
             return self._estimate.copy()
         external = (momentum - last[1]) / elapsed - torque - 0.5 * (passive + last[2])
@@ -136,15 +141,18 @@ class DisturbanceObserver:
 
 
 class ObservedController:
-    """Asks the observer, hands its estimate to the controller, and remembers the torque for the next period.
+    """A motion controller that cancels the estimate of an observer.
 
-    One instance serves one run.
+    It remembers the torque of the last period for the observer, so use one instance for one run.
     """
 
     def __init__(self, controller: OperationalSpaceController, observer: DisturbanceObserver) -> None:
-        """Take a controller and an observer of the same arm."""
+        """Join a controller and an observer of the same arm."""
         self._controller, self._observer = controller, observer
         self._torque = observer.estimate
+
+    def __repr__(self) -> str:
+        return f"ObservedController({self._controller!r}, {self._observer!r})"
 
     def step(self, observation: Observation, reference: Reference, /) -> ControllerOutput:
         """Return the torques for one control period."""

@@ -1,4 +1,4 @@
-"""The force that is asked for: the desired one, faded in and out, and corrected by the measured one."""
+"""The commanded force: the desired force, faded in and out, and corrected by the measured one."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 from ..types import Array
 
 _IN_CONTACT = 0.1
-"""Share of the desired force that must be felt for the hand to count as in contact."""
+"""Share of the desired force above which the hand counts as in contact; chosen."""
 
 
 class ForceRamp:
-    """Fades a desired force in and out, and slews it where it changes in between.
+    """Fades a desired force in and out, and limits its rate if it changes in between.
 
-    The share runs from 0 to 1 as `3 u² - 2 u³`, u linear over `duration`. So within a period h it changes by at most
-    `1.5 h / duration`, and the force by at most `2.5 h / duration` times the largest force that was asked for.
+    The share runs from 0 to 1 as `3 u² - 2 u³`, with u linear over `duration`. Within a period h it changes by at most
+    `1.5 h / duration`, and the force by at most `2.5 h / duration` times the largest desired force.
 
-    Remembers where it is; time that goes backwards is a new attempt and starts from nothing.
+    The ramp remembers its progress. Time that goes backwards starts a new attempt, and the ramp starts at zero.
 
     Attributes:
-        duration: [s]; zero switches at once.
-        share: how far it has got, 0 to 1.
+        duration: Duration of the ramp [s]; zero switches at once.
+        share: Share of the force that is commanded, 0 to 1.
     """
 
     def __init__(self, duration: float) -> None:
@@ -32,11 +32,11 @@ class ForceRamp:
         self._time, self._progress, self._force = inf, 0.0, np.zeros(6)
 
     def update(self, time: float, wanted: Array) -> Array:
-        """Return (6,) the force to ask for now [N, N·m].
+        """Return (6,) the force to command now [N, N·m].
 
         Args:
-            time: of the observation [s].
-            wanted: (6,) the desired force, zeros for none [N, N·m].
+            time: Time of the observation [s].
+            wanted: (6,) Desired force, zeros for none [N, N·m].
         """
         passed = time - self._time
         self._time = time
@@ -50,28 +50,28 @@ class ForceRamp:
             return wanted
         step = passed / self.duration
         if on:
-            # Nothing is felt of a force while its share is zero.
-            self._force = wanted if self._progress == 0.0 else _slewed(self._force, wanted, step)
+            # A force whose share is zero has no effect yet, so it may jump.
+            self._force = wanted if self._progress == 0.0 else _limit_change(self._force, wanted, step)
         self._progress = min(max(self._progress + (step if on else -step), 0.0), 1.0)
         self.share = self._progress**2 * (3.0 - 2.0 * self._progress)
         return self.share * self._force
 
 
 class ForceFeedback:
-    """Integral of the force error along the desired force, added to it.
+    """Adds the integral of the force error along the desired force to that force.
 
         correction = gain ∫ (|F| - pressed) dt,      -|F| <= correction <= |F|
 
-    with `pressed` what the sensor feels against the direction of F. The bounds keep the correction from winding up
-    behind a force that cannot be had, and the hand from ever pulling. Out of contact the correction decays at the rate
-    of the gain, so that a hand in the air does not gather speed for its next contact. `largest_force_gain` says how
-    large the gain may be for a sensor's lag. Torques are not corrected.
+    `pressed` is the measured force against the direction of F. The feedback gives back what joint friction takes away
+    or adds. The bounds keep the correction from winding up behind a force that cannot be reached, and the hand from
+    pulling. Out of contact the correction decays at the rate of the gain, so a hand in the air does not gather speed
+    for its next contact. `largest_force_gain` gives the largest gain for a sensor's lag. Torques are not corrected.
 
-    Remembers the correction; time that goes backwards is a new attempt and starts from nothing.
+    The feedback remembers the correction. Time that goes backwards starts a new attempt and resets it.
 
     Attributes:
-        gain: [1/s].
-        correction: [N].
+        gain: Integral gain [1/s].
+        correction: Correction of the force [N].
     """
 
     def __init__(self, gain: float) -> None:
@@ -84,9 +84,9 @@ class ForceFeedback:
         """Return (6,) the desired force with its correction [N, N·m].
 
         Args:
-            time: of the observation [s].
-            desired: (6,) what the hand shall exert on the environment, world axes [N, N·m].
-            wrench: (6,) what the environment does to the hand, world axes [N, N·m].
+            time: Time of the observation [s].
+            desired: (6,) Wrench that the hand shall exert on the environment, world axes [N, N·m].
+            wrench: (6,) Wrench of the environment on the hand, world axes [N, N·m].
         """
         passed = time - self._time
         self._time = time
@@ -106,7 +106,7 @@ class ForceFeedback:
         return corrected
 
 
-def _slewed(force: Array, wanted: Array, share: float) -> Array:
+def _limit_change(force: Array, wanted: Array, share: float) -> Array:
     """Return `force` moved toward `wanted` by at most `share` of the larger of the two."""
     change = wanted - force
     distance = float(np.sqrt(change.dot(change)))

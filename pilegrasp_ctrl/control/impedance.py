@@ -1,4 +1,4 @@
-"""Impedance control: the hand yields to contact as the springs, dampers and forces that were asked for."""
+"""Impedance control: the hand yields to contact like the springs and dampers of its gains."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..arm.model import ArmModel
 from ..arm.state import ArmState
 from ..exceptions import ConfigurationError, ModelError
 from ..tasks.frame_task import pose_error
-from ..tasks.gain_values import checked_wrench
+from ..tasks.gain_values import check_wrench
 from ..tasks.gains import Impedance
 from ..tasks.impedance_task import ImpedanceTask
 from ..tasks.posture_task import PostureTask
@@ -24,17 +24,19 @@ from .sampled_data import check_stability
 from .tool_axes import turn_reference, turn_state, turn_wrench
 
 _NO_BAND = (0.0, 0.0)
+_ROUND_OFF = 1e-9
+"""Negative eigenvalue of a stiffness, relative to the largest, that counts as round-off; chosen."""
 
 
 class ImpedanceController:
     """Torques that make the tool yield as an `Impedance`, within all limits.
 
     After Hogan, "Impedance control: an approach to manipulation", J. Dynamic Systems, Measurement, and Control 107,
-    1985; `ImpedanceTask` states the law, and `InertiaWeightedDynamics` how the joints share it. Steady contact gives
-    the force K e + desired force, up to joint friction. `docs/impedance.md` has the whole.
+    1985. `ImpedanceTask` states the law, and `InertiaWeightedDynamics` how the joints share it. Steady contact gives
+    the force K e + desired force, up to joint friction. `docs/impedance.md` has the details.
 
-    Away from the limits a pure function of observation and reference. Where a limit binds, what the environment did
-    in the period before counts too.
+    Away from the limits, `step` is a pure function of observation and reference. If a limit binds, the torque of the
+    environment in the last period counts too.
     """
 
     def __init__(
@@ -52,29 +54,32 @@ class ImpedanceController:
         stiffness: ArrayLike | None = None,
         wrench_lag: float | None = None,
     ) -> None:
-        """Set up the controller; arguments as for `OperationalSpaceController`, but for the impedance in N/m.
+        """Set up the controller.
 
         Weight and mask are along the axes of the impedance's frame. The friction feed-forward follows the reference's
-        motion only: acting on the error it would add to the force of a steady contact.
+        motion only: acting on the error, it would add to the force of a steady contact.
 
         Args:
-            arm: the arm.
-            impedance: the gains.
-            posture: where it is given and every tool axis is controlled, the gains are checked there.
-            weight: a scalar or (6,), of the tool's axes against each other.
-            mask: (6,) of truth values; a false axis is left free.
-            limits: which of "torque", "velocity" and "position" to enforce.
-            friction: whether, or how, to feed the arm's joint friction forward.
-            solver: "daqp" or "osqp".
-            rate: how often `step` is called [Hz].
-            stiffness: (6, 6) in place of the impedance's own springs, whose damping stays; symmetric and positive
+            arm: Arm to control.
+            impedance: Gains [N/m, N·m/rad].
+            posture: (nv,) Preferred joint positions [rad], or a posture task. If you give it and control every tool
+                axis, the gains are checked there.
+            weight: Scalar or (6,) weights of the tool's axes against each other.
+            mask: (6,) Booleans; False leaves an axis free.
+            limits: Limits to enforce, of "torque", "velocity" and "position".
+            friction: Whether to feed the arm's joint friction forward, or the feed-forward itself.
+            solver: Name of the solver: "daqp", "osqp", "proxqp" or "quadprog".
+            rate: Rate at which you call `step` [Hz].
+            stiffness: (6, 6) Stiffness in place of the impedance's springs, whose damping stays; symmetric and positive
                 semi-definite, in the axes of the gains.
-            wrench_lag: how late the measured wrench is, as a first-order lag [s]; lets an inertia that is too small for
-                it be refused.
+            wrench_lag: Delay of the measured wrench as a first-order lag [s]; with it, an inertia that is too small for
+                this lag is refused.
 
         Raises:
-            TypeError: where the impedance is not an `Impedance`.
-            ConfigurationError: where another argument cannot be used, or the gains could not be held (`sampled_data`).
+            GainsError: The impedance is not an `Impedance`.
+            ArgumentError: A weight or the posture cannot be used.
+            ConfigurationError: Another argument cannot be used, or the sampled loop would not be stable; see
+                `sampled_data`.
         """
         self.arm = arm
         self._task = ImpedanceTask(impedance, weight, mask, None if stiffness is None else _spring_matrix(stiffness))
@@ -89,6 +94,9 @@ class ImpedanceController:
         else:
             self._friction = friction
 
+    def __repr__(self) -> str:
+        return f"ImpedanceController({self.arm!r}, {self._task!r}, solver={self._dynamics.solver.name!r})"
+
     def step(
         self,
         observation: Observation,
@@ -100,16 +108,16 @@ class ImpedanceController:
         """Return the torques for one control period.
 
         Args:
-            observation: what the arm measures; its wrench, moved to the tool's origin by the caller, matters only where
-                the impedance has an inertia.
-            reference: where the springs rest.
-            posture: (nv,) in place of the preferred posture, for this period [rad].
-            state: `arm.update(observation.q, observation.v)` where the caller has it already.
-            desired_force: (6,) in place of the impedance's own, for this period, in world axes [N, N·m].
+            observation: Measurement of the arm. Move its wrench to the tool's origin (`move_wrench`); it is used only
+                if the impedance has an inertia.
+            reference: Rest pose of the springs and its motion.
+            posture: (nv,) Preferred posture for this period [rad].
+            state: `arm.update(observation.q, observation.v)`, if you have it already.
+            desired_force: (6,) Desired force for this period, in world axes [N, N·m]; the impedance's own by default.
 
         Raises:
-            ModelError: where the observation has a wrong shape or holds a value that is not finite.
-            ConfigurationError: where the posture or the desired force has or does.
+            ModelError: The observation has a wrong shape or a value that is not finite.
+            ConfigurationError: The posture or the desired force has a wrong shape or a value that is not finite.
         """
         state = self.arm.update(observation.q, observation.v) if state is None else state
         gains = self._task.impedance
@@ -117,19 +125,19 @@ class ImpedanceController:
         shaped = gains.inertia is not None
         wrench = observation.wrench
         if shaped:
-            wrench = checked_wrench(wrench, "the observed wrench", ModelError)
+            wrench = check_wrench(wrench, "the observed wrench", ModelError)
         if desired_force is not None:
-            desired_force = checked_wrench(desired_force, "desired_force")
+            desired_force = check_wrench(desired_force, "desired_force")
         if gains.frame == "tool":
-            # Springs along axes that turn with the tool would give energy away; these stand still with the reference.
+            # Springs along axes that turn with the tool would give energy away. These turn with the reference instead.
             axes = reference.pose.rotation
             state, reference, error = turn_state(axes, state), turn_reference(axes, reference), turn_wrench(axes, error)
             wrench = turn_wrench(axes, wrench)
             desired_force = None if desired_force is None else turn_wrench(axes, desired_force)
         force = gains.desired_force if desired_force is None else desired_force
         dynamics = self._dynamics
-        # What is felt moves the tool less by the band, but all of it is cancelled: what is left over would move the arm
-        # as light as it is.
+        # The dead band shortens the wrench that moves the tool. The whole wrench is cancelled, because the rest would
+        # move the arm with its own, smaller inertia.
         felt = _dead_band(wrench, gains.dead_band) if shaped and gains.dead_band != _NO_BAND else wrench
         wanted = self._task.acceleration(state, reference, error, force, felt, dynamics.mobility(state))
         dynamics.assemble(state, wanted, posture)
@@ -144,7 +152,7 @@ def _spring_matrix(value: ArrayLike) -> Array:
             f"stiffness has the shape {matrix.shape}; a symmetric, finite 6 x 6 matrix is expected"
         )
     values = np.linalg.eigvalsh(matrix)
-    if values[0] < -1e-9 * max(values[-1], 1.0):
+    if values[0] < -_ROUND_OFF * max(values[-1], 1.0):
         raise ConfigurationError(
             f"stiffness has the eigenvalue {values[0]:.3g}, so that it would push away; none below 0"
         )
@@ -152,7 +160,7 @@ def _spring_matrix(value: ArrayLike) -> Array:
 
 
 def _dead_band(wrench: Array, band: tuple[float, float]) -> Array:
-    """Shorten force and torque by their dead bands, so that neither jumps where it leaves its band."""
+    """Return the wrench shortened by its dead bands, so that it does not jump at the border of a band."""
     out = wrench.copy()
     for part, width in ((out[:3], band[0]), (out[3:], band[1])):
         size = sqrt(part.dot(part))

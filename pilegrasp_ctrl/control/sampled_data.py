@@ -1,4 +1,4 @@
-"""How stiff, how light and how quick an impedance may be that is computed once a period from a late measurement."""
+"""Bounds on stiffness, inertia and force gain of an impedance that is sampled, with a delayed measurement."""
 
 from __future__ import annotations
 
@@ -15,17 +15,20 @@ from ..types import Array
 from .tool_axes import turn_state
 
 _RANGE = 1e6
+"""Largest factor of the stiffness that is searched, and the inverse of the smallest; chosen."""
 _BISECTIONS = 40
+"""Number of bisections of that range; chosen, enough for nine digits."""
 _ROUND_OFF = 1e-9
+"""Excess of a spectral radius over 1 that counts as round-off; chosen."""
 
 
 def tool_mobility(arm: ArmModel, impedance: Impedance, q: Array) -> Array:
     """Return (6, 6) Lambda⁻¹ = J M⁻¹ Jᵀ at a posture, in the axes of the gains [1/kg, 1/(kg m), 1/(kg m²)].
 
     Args:
-        arm: with its tool.
-        impedance: whose axes are meant; those of a tool frame are taken where the tool is.
-        q: (nv,) the posture [rad].
+        arm: Arm with its tool.
+        impedance: Gains whose axes count; the axes of a tool frame are those of the tool at `q`.
+        q: (nv,) Posture [rad].
     """
     state = arm.update(q, np.zeros(arm.nv))
     if impedance.frame == "tool":
@@ -35,22 +38,22 @@ def tool_mobility(arm: ArmModel, impedance: Impedance, q: Array) -> Array:
 
 
 def spectral_radius(mobility: Array, stiffness: Array, damping: Array, rate: float) -> float:
-    """Return by which factor the slowest-decaying motion of sampled springs and dampers changes in a period h.
+    """Return the factor by which the slowest-decaying motion of sampled springs and dampers changes in a period h.
 
-    The tool accelerates with `-L (K e + D e')` of the period's start for the whole of it, so that
+    The tool accelerates with `-L (K e + D e')` of the period's start for the whole period:
 
         [e ]⁺   [1 - ½ h² L K    h - ½ h² L D] [e ]
         [e']  = [   - h L K        1 - h L D ] [e'],      L the mobility.
 
-    Above 1 the loop diverges. Where all damping comes from a ratio zeta, the modes of (Lambda, K) stay apart, and the
-    criterion of Jury gives `omega h < min(1 / zeta, 4 zeta)` for each natural frequency omega: critically damped
+    Above 1 the loop diverges. If all damping comes from a ratio zeta, the modes of (Lambda, K) stay apart. The
+    criterion of Jury then gives `omega h < min(1 / zeta, 4 zeta)` for each natural frequency omega. Critically damped
     springs need more control periods a second than their fastest mode has radians.
 
     Args:
-        mobility: (6, 6) inverse of the inertia that the tool shows.
+        mobility: (6, 6) Inverse of the inertia that the tool shows [1/kg, 1/(kg m), 1/(kg m²)].
         stiffness: (6, 6) [N/m, N·m/rad].
         damping: (6, 6) [N·s/m, N·m·s/rad].
-        rate: [Hz].
+        rate: Control rate [Hz].
     """
     h, one = 1.0 / rate, np.eye(6)
     spring, damper = mobility @ stiffness, mobility @ damping
@@ -59,16 +62,18 @@ def spectral_radius(mobility: Array, stiffness: Array, damping: Array, rate: flo
 
 
 def stiffness_margin(arm: ArmModel, impedance: Impedance, q: Array, rate: float = 500.0) -> float:
-    """Return by which factor the stiffness could grow until the sampled loop diverges in free motion; below 1 it does.
+    """Return the factor by which the stiffness can grow until the sampled loop diverges in free motion.
 
-    The damping ratio and the explicit damping stay as they are. Zero where the dampers alone are too much, infinite
-    where a millionfold stiffness still is stable. Joint friction, which steadies a real arm, is left out.
+    Below 1 the loop diverges already. The damping ratio and the explicit damping stay as they are. The factor is zero
+    if the dampers alone are too strong, and infinite if a millionfold stiffness is still stable. Joint friction, which
+    steadies a real arm, is left out. The stiffness at which the loop begins to diverge is the factor times the
+    impedance's.
 
     Args:
-        arm: with its tool.
-        impedance: the gains.
-        q: (nv,) the posture [rad].
-        rate: of the control [Hz].
+        arm: Arm with its tool.
+        impedance: Gains.
+        q: (nv,) Posture [rad].
+        rate: Control rate [Hz].
     """
     mobility = _shown_mobility(arm, impedance, q)
     low, high = 1.0 / _RANGE, _RANGE
@@ -82,34 +87,23 @@ def stiffness_margin(arm: ArmModel, impedance: Impedance, q: Array, rate: float 
     return low
 
 
-def largest_stiffness(arm: ArmModel, impedance: Impedance, q: Array, rate: float = 500.0) -> Array:
-    """Return (6,) the stiffness at which the sampled loop begins to diverge in free motion [N/m, N·m/rad].
-
-    In the proportions that the impedance has; arguments as for `stiffness_margin`.
-    """
-    largest = np.zeros(6)
-    sprung = impedance.stiffness > 0.0
-    largest[sprung] = stiffness_margin(arm, impedance, q, rate) * impedance.stiffness[sprung]
-    return largest
-
-
 def check_stability(arm: ArmModel, impedance: Impedance, q: Array, rate: float, lag: float | None) -> None:
     """Refuse gains that cannot work at a posture.
 
     Args:
-        arm: with its tool.
-        impedance: the gains.
-        q: (nv,) the posture [rad].
-        rate: of the control [Hz].
-        lag: of the wrench that shapes an inertia [s]; None leaves the inertia unchecked.
+        arm: Arm with its tool.
+        impedance: Gains.
+        q: (nv,) Posture [rad].
+        rate: Control rate [Hz].
+        lag: Lag of the wrench that shapes an inertia [s]; None leaves the inertia unchecked.
 
     Raises:
-        ConfigurationError: where the sampled loop diverges in free motion, or a shaped inertia would ring against a
-            stiff wall.
+        ConfigurationError: The sampled loop diverges in free motion, or a shaped inertia would ring against a stiff
+            wall.
     """
     if _diverges(_shown_mobility(arm, impedance, q), impedance, rate, 1.0):
         margin = stiffness_margin(arm, impedance, q, rate)
-        # A little less, so that what is named is also taken once it is rounded.
+        # A little less, so that the named share is accepted after it is rounded.
         remedy = f"take at most {0.99 * margin:.3g} of its stiffness" if margin > 0.0 else "take less damping"
         raise ConfigurationError(
             f"the impedance is too hard for {arm.name} at {rate:g} Hz: computed once a period, it diverges at the "
@@ -128,26 +122,30 @@ def check_stability(arm: ArmModel, impedance: Impedance, q: Array, rate: float, 
 
 
 def least_inertia(arm: ArmModel, impedance: Impedance, q: Array, lag: float) -> Array:
-    """Return (6,) the inertia below which a shaped tool rings against a wall however stiff [kg, kg·m²].
+    """Return (6,) the inertia below which a shaped tool rings against some stiff wall [kg, kg·m²].
 
-    A wrench that is late by the first-order `lag` T is cancelled too late by T. Against a wall of stiffness k, along an
-    axis on which the arm itself shows the inertia m = 1 / (Lambda⁻¹)_ii, the loop is
+    A wrench with the first-order `lag` T is cancelled too late by T. Take a wall of stiffness k, along an axis on which
+    the arm itself shows the inertia m = 1 / (Lambda⁻¹)_ii. The loop is
 
         m T s³ + (m + r D T) s² + (r (D + K T) + k T) s + r (K + k) = 0,      r = m / inertia
 
-    which Routh's criterion finds stable for every k where
+    which Routh's criterion finds stable for every k if
 
         inertia >= m - D T
 
-    so that more damping and a faster sensor allow a lighter tool, and a tool heavier than the arm needs neither.
+    More damping and a faster sensor allow a lighter tool. A tool heavier than the arm needs neither.
 
     Args:
-        arm: with its tool.
-        impedance: gains with an inertia.
-        q: (nv,) the posture [rad].
-        lag: time constant of the sensor's low-pass plus its other delays [s].
+        arm: Arm with its tool.
+        impedance: Gains with an inertia.
+        q: (nv,) Posture [rad].
+        lag: Time constant of the sensor's low-pass plus its other delays [s].
+
+    Raises:
+        ConfigurationError: The impedance has no inertia.
     """
-    assert impedance.inertia is not None
+    if impedance.inertia is None:
+        raise ConfigurationError("the impedance shapes no inertia, so there is no least one; give it an inertia")
     apparent = 1.0 / np.diagonal(tool_mobility(arm, impedance, q))
     damping = np.diagonal(ImpedanceTask(impedance).damping(np.diag(1.0 / impedance.inertia)))
     return np.maximum(0.0, apparent - lag * damping)
@@ -157,14 +155,14 @@ def check_force_gain(arm: ArmModel, impedance: Impedance, q: Array, directions: 
     """Refuse a force gain that would swing against some wall.
 
     Args:
-        arm: with its tool.
-        impedance: gains with a force gain.
-        q: (nv,) the posture [rad].
-        directions: (k, 3) unit vectors along which forces are corrected, in the axes of the gains.
-        lag: of the measured wrench [s].
+        arm: Arm with its tool.
+        impedance: Gains with a force gain.
+        q: (nv,) Posture [rad].
+        directions: (k, 3) Unit vectors along which forces are corrected, in the axes of the gains.
+        lag: Lag of the measured wrench [s].
 
     Raises:
-        ConfigurationError: where the gain is not below `largest_force_gain` along a direction.
+        ConfigurationError: The gain is not below `largest_force_gain` along a direction.
     """
     mobility = _shown_mobility(arm, impedance, q)
     damping, inertia = ImpedanceTask(impedance).damping(mobility)[:3, :3], np.linalg.inv(mobility)[:3, :3]
@@ -180,16 +178,16 @@ def largest_force_gain(damping: float, inertia: float, lag: float = 0.0) -> floa
     """Return the integral gain at which a force that is corrected by a late measurement begins to swing [1/s].
 
     Against a wall of stiffness k the hand is `m s² + D s + k`, the sensor `1 / (T s + 1)`, and the correction's
-    integral `g / s`; Routh's criterion asks of all three together for
+    integral `g / s`. Routh's criterion for all three together is
 
         g < D / (m + D T) + T² D k / (m + D T)²
 
-    of which the first part holds for every k. A quarter of it keeps the force from overshooting much.
+    The first term holds for every k and is returned. A quarter of it keeps the force from overshooting much.
 
     Args:
-        damping: D along the force [N·s/m].
-        inertia: m that the tool shows along it [kg].
-        lag: T of the sensor [s].
+        damping: Damping D along the force [N·s/m].
+        inertia: Inertia m that the tool shows along it [kg].
+        lag: Lag T of the sensor [s].
     """
     return damping / (inertia + damping * lag)
 

@@ -1,30 +1,29 @@
-"""Notices a controller that has had no authority left for long."""
+"""Monitor of a controller whose torque limits bind, or whose solver fails, for too long."""
 
 from __future__ import annotations
 
 from ..types import ControllerOutput
 
 SATURATION_TIME = 1.0
-"""A torque may sit at its limit for this long, and a solver may fail for this long [s]."""
+"""Longest time for which a torque limit may bind, or a solver may fail, without a break [s]; chosen."""
 
 
 class SaturationMonitor:
-    """Counts for how long each torque limit has been active without a break.
+    """Counts the time for which each torque limit has been active without a break.
 
-    A limit that binds for a moment is what limits are for. One that binds for a second means that the arm does not do
-    what it is asked to, and will not.
+    Limits may bind for a moment. A limit that binds for a second means that the arm cannot do what it is asked to.
 
     Attributes:
-        time: that is too long [s].
+        time: Longest time without a break [s].
     """
 
     def __init__(self, period: float, time: float = SATURATION_TIME) -> None:
-        """Take the control period [s]."""
+        """Start without a limit that binds; `period` is the control period [s]."""
         self.time, self._period = time, period
         self._since: dict[str, float] = {}
 
     def update(self, output: ControllerOutput) -> str:
-        """Return what has lasted for too long, after one more control period, or ""."""
+        """Count one more control period, and return what has lasted for too long, or ""."""
         if not output.active_limits and not output.fallback:
             self._since.clear()
             return ""

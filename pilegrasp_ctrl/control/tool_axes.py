@@ -1,4 +1,4 @@
-"""The same arm and reference, seen along other axes than the world's."""
+"""States, references and wrenches in other axes than the world's, and about other points."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..types import Array, Reference
 
 
 def turn_wrench(rotation: Array, wrench: Array) -> Array:
-    """Return (6,) a wrench or twist in axes whose `rotation` (3, 3) to the world is given; it was in world axes."""
+    """Return (6,) a wrench or twist of the world's axes in axes with `rotation` (3, 3) to the world."""
     turned = np.empty(6)
     turned[:3] = wrench[:3].dot(rotation)
     turned[3:] = wrench[3:].dot(rotation)
@@ -19,8 +19,8 @@ def turn_wrench(rotation: Array, wrench: Array) -> Array:
 def turn_state(rotation: Array, state: ArmState) -> ArmState:
     """Return a state whose tool Jacobian, tool acceleration and twist are in axes with `rotation` (3, 3) to the world.
 
-    Laws and masks of a task that is given this state act along those axes. The axes are taken as standing still: they
-    only name the directions of this instant.
+    Laws and masks of a task with this state act along those axes. The axes count as fixed: they only name the
+    directions of this instant.
     """
     J = np.empty_like(state.J)
     np.dot(rotation.T, state.J[:3], out=J[:3])
@@ -39,8 +39,8 @@ def move_wrench(wrench: Array, lever: Array) -> Array:
     """Return (6,) a wrench about another point.
 
     Args:
-        wrench: (6,) force and the torque about the old point [N, N·m].
-        lever: (3,) from the new point to the old one, in the same axes [m].
+        wrench: (6,) Force, and torque about the old point [N, N·m].
+        lever: (3,) Vector from the new point to the old one, in the same axes [m].
     """
     moved = wrench.copy()
     x, y, z = lever.tolist()

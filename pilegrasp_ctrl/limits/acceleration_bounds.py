@@ -1,4 +1,4 @@
-"""All bounds that are affine in the state, in one product."""
+"""Bounds on the joint accelerations that are affine in the state, evaluated in one product."""
 
 from __future__ import annotations
 
@@ -23,7 +23,11 @@ class AffineBounds(NamedTuple):
 
 
 class AffineLimit(Protocol):
-    """A limit whose bounds on the accelerations are affine in x = [q; v]."""
+    """A limit whose bounds on the accelerations are affine in x = [q; v].
+
+    Attributes:
+        name: Name in `active_limits`.
+    """
 
     name: str
 
@@ -34,28 +38,28 @@ class AffineLimit(Protocol):
 class AccelerationBounds:
     """The tightest of several limits.
 
-    Where limits contradict each other, as for a joint far outside its range, the first one wins, so that a lower bound
+    If limits contradict each other, as for a joint far outside its range, the first one wins. A lower bound therefore
     never exceeds the upper one.
 
-    What limits demand of a joint that is outside them is kept to what it can do whatever the others need: a demand
+    The demand on a joint outside its limits is bounded by what the joint can do whatever the others need. A demand
     that the torques cannot meet would be softened together with those of all other joints.
 
-    A limit's two sides are kept as the block [lower; -upper]: the tightest of two blocks is then one maximum. A last
-    block [upper; -lower] of the first limit is what no other may exceed.
+    The two sides of a limit are stored as the block [lower; -upper], so the tightest of two blocks is one maximum. The
+    last block, [upper; -lower] of the first limit, is what no other limit may exceed.
 
     Attributes:
-        demand: (2 nv,) most that lower bounds, then upper ones, may ask for [rad/s²].
-        matrix: ((limits + 1) 2 nv, 2 nv + 1), so that `matrix [x; 1]` are the blocks at x; no rows without limits.
+        demand: (2 nv,) Largest demand of the lower bounds, then of the upper ones [rad/s²].
+        matrix: ((limits + 1) 2 nv, 2 nv + 1) Matrix with the blocks `matrix [x; 1]` at x; no rows without limits.
     """
 
     def __init__(self, limits: Sequence[AffineLimit], nv: int, demand: Array | None = None) -> None:
-        """Stack the bounds of `limits`; without any, the accelerations are free.
+        """Stack the bounds of `limits`; without limits, the accelerations are free.
 
         Args:
-            limits: in the order of their precedence.
-            nv: number of joints.
-            demand: (nv,) the largest acceleration that a lower bound may ask for, and the largest deceleration that an
-                upper one may [rad/s²]; without limit where absent.
+            limits: Limits in the order of their precedence.
+            nv: Number of joints.
+            demand: (nv,) Largest acceleration that a lower bound may ask for, and largest deceleration that an upper
+                one may [rad/s²]; unlimited by default.
         """
         self.demand = np.full(2 * nv, np.inf) if demand is None else np.concatenate((demand, demand))
         self._names = [limit.name for limit in limits]
@@ -64,15 +68,18 @@ class AccelerationBounds:
         blocks += [np.vstack((upper, -lower)) for lower, upper in sides[:1]]
         self.matrix: Array = np.vstack([np.zeros((0, 2 * nv + 1)), *blocks])
 
+    def __repr__(self) -> str:
+        return f"AccelerationBounds({', '.join(self._names) or 'none'})"
+
     def split(self, values: Array) -> list[Array]:
-        """Return views (2 nv,) of `values`, which will hold `matrix [x; 1]`: the blocks."""
+        """Return the blocks (2 nv,) as views of `values`, an array that will hold `matrix [x; 1]`."""
         return list(values.reshape(-1, self.matrix.shape[1] - 1))
 
     def intersect(self, blocks: list[Array], lower: Array, upper: Array) -> float:
         """Fill `lower` and `upper` (nv,) from the blocks of `split` at one state.
 
         Returns:
-            How near the nearest bound is: above zero it demands an acceleration, below it allows one [rad/s²].
+            Nearness of the nearest bound [rad/s²]: above zero it demands an acceleration, below zero it allows one.
         """
         if not self._names:
             lower.fill(-np.inf)

@@ -1,4 +1,4 @@
-"""Torques of joints and of the motors that share them, as rows on the accelerations that they produce."""
+"""Torques of joints, and of motors that share joints, as rows on the accelerations."""
 
 from __future__ import annotations
 
@@ -8,27 +8,25 @@ from ..arm.model import ArmModel
 from ..types import Array
 
 _ROUND_OFF = 1e-12
+"""Relative amount by which a torque is cut below its limit, because S and its inverse round; chosen."""
 
 
 class TorqueLimit:
     """`|S (M a + offset)| <= limit`, where `offset` is every torque beside that of the acceleration.
 
-    S is the identity where each joint has its own motor. In a differential two motors share two joints, and what one
-    joint may have depends on what the other takes: with motor speeds `joint_to_motor v`, power is the same on both
-    sides where `tau = joint_to_motorᵀ tau_motor`, so that the rows of S are those of the inverse transpose. A joint
-    that no motor shares keeps its own row and limit; the limits of joints that are shared follow from the motors'.
+    S is the identity if each joint has its own motor. In a differential two motors share two joints, and the torque
+    left for one joint depends on the other's. With motor speeds `joint_to_motor v`, power is the same on both sides if
+    `tau = joint_to_motorᵀ tau_motor`, so the rows of S are those of the inverse transpose. A joint with its own motor
+    keeps its row and its limit; the limits of shared joints follow from those of the motors.
 
     Attributes:
-        name: how `active_limits` calls it.
         matrix: (nv, nv) S, or None for the identity.
-        limit: (nv,) largest torques of joints, and of motors that are shared [N·m].
-        row_names: (nv,) such as "torque[0]" or "motor[1]".
+        limit: (nv,) Largest torques of joints, and of shared motors [N·m].
+        row_names: (nv,) Names in `active_limits`, such as "torque[0]" or "motor[1]".
     """
 
-    name = "torque"
-
     def __init__(self, arm: ArmModel) -> None:
-        """Take the arm's limits."""
+        """Take the limits of the arm."""
         self.matrix: Array | None = None
         self.limit = arm.torque_limit
         self.row_names = [f"torque[{joint}]" for joint in range(arm.nv)]
@@ -48,6 +46,9 @@ class TorqueLimit:
         self.limit = np.where(shared, motor_limit, self.limit[joint])
         self.row_names = [f"motor[{row}]" if shared[row] else f"torque[{joint[row]}]" for row in range(len(joint))]
 
+    def __repr__(self) -> str:
+        return f"TorqueLimit({dict(zip(self.row_names, self.limit.tolist(), strict=True))})"
+
     def rows(self, M: Array) -> Array:
         """Return S M (nv, nv) for the joint-space inertia M (nv, nv)."""
         return M if self.matrix is None else self.matrix.dot(M)
@@ -56,8 +57,8 @@ class TorqueLimit:
         """Fill the bounds `lower` and `upper` (nv,) on S M a.
 
         Args:
-            lower: where to.
-            upper: where to.
+            lower: (nv,) Array for the lower bounds [N·m].
+            upper: (nv,) Array for the upper bounds [N·m].
             offset: (nv,) Coriolis, gravity and feed-forward torques [N·m].
         """
         if self.matrix is not None:
@@ -66,9 +67,8 @@ class TorqueLimit:
         np.subtract(self.limit, offset, out=upper)
 
     def cut(self, torque: Array) -> Array:
-        """Return the joint torques (nv,) nearest to `torque` in S that are within the limits [N·m]."""
+        """Return the joint torques (nv,) within the limits that are nearest to `torque` in the axes of S [N·m]."""
         if self.matrix is None:
             return np.minimum(np.maximum(torque, -self.limit), self.limit)
-        # S and its inverse round: what is cut stays that much below.
         limit = (1.0 - _ROUND_OFF) * self.limit
         return self._inverse.dot(np.minimum(np.maximum(self.matrix.dot(torque), -limit), limit))

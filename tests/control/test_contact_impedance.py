@@ -6,7 +6,7 @@ import pytest
 
 from arms import simulate, without_friction
 from pilegrasp_ctrl.config import load_scenario
-from pilegrasp_ctrl.control.contact_impedance import HAND_OVER, YIELDING_STIFFNESS, ContactImpedanceController
+from pilegrasp_ctrl.control.contact_impedance import RAMP_TIME, YIELDING_STIFFNESS, ContactImpedanceController
 from pilegrasp_ctrl.control.force_command import ForceFeedback, ForceRamp
 from pilegrasp_ctrl.control.impedance import ImpedanceController
 from pilegrasp_ctrl.control.tool_axes import move_wrench
@@ -137,11 +137,11 @@ def switched(arm, force_ramp):
     wanted = [PRESS if 0.1 <= 0.002 * tick < 0.4 else np.zeros(6) for tick in range(350)]
     torques = [step(arm, controller, force, below, 0.002 * tick).command.torque for tick, force in enumerate(wanted)]
     spring = (1.0 - YIELDING_STIFFNESS) * 2500.0 * 0.003
-    return np.array(torques), 1.5 * 0.002 / HAND_OVER * (5.0 + spring)
+    return np.array(torques), 1.5 * 0.002 / RAMP_TIME * (5.0 + spring)
 
 
 def test_a_force_is_switched_on_and_off_without_a_jump(arm):
-    torques, bound = switched(arm, HAND_OVER)
+    torques, bound = switched(arm, RAMP_TIME)
     forces = np.array([force_of(arm, torque)[2] for torque in torques])
     assert forces[0] == pytest.approx(7.5, abs=0.1)
     assert forces[190] == pytest.approx(-5.0 + 0.06 * 7.5, abs=0.1)
