@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 import pilegrasp_ctrl
-from motion_figure import BLUE, RED, pattern_figure
+from motion_pattern import BLUE, RED, pattern_figure
 from motion_table import MotionPattern, markdown
 from odd_recordings import ODD_RECORDINGS
 from pilegrasp_ctrl.analysis.motion import measure
