@@ -1,4 +1,4 @@
-"""Files of the user: read TOML, check a place before the work starts, write a file whole or not at all."""
+"""Files of the user: read TOML, check a place before the work starts, write whole files, lock a folder."""
 
 from __future__ import annotations
 
@@ -71,6 +71,64 @@ def write_whole(path: Path, content: bytes, *, durable: bool = False) -> None:
         if durable:
             file.flush()
             os.fsync(file.fileno())
+
+
+def write_output(path: Path, content: bytes, what: str = "file", *, durable: bool = False) -> None:
+    """Write a file that the user asked for, by `write_whole`.
+
+    Args:
+        path: File to write.
+        content: Bytes of the file.
+        what: Content of the file, for the sentence about an error, such as "page".
+        durable: Whether to wait until the bytes are on the disk.
+
+    Raises:
+        ExportError: The file cannot be written.
+    """
+    try:
+        write_whole(path, content, durable=durable)
+    except OSError as error:
+        raise ExportError(f"{path}: the {what} cannot be written: {error.strerror}") from None
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder of the user, and those above it, if it is missing.
+
+    Raises:
+        ExportError: The folder cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ExportError(f"{folder}: the folder cannot be made: {error.strerror}") from None
+
+
+@contextmanager
+def locked(folder: Path, what: str) -> Iterator[None]:
+    """Keep a second writer out of the folder; the lock ends with the process, even if it is killed.
+
+    Args:
+        folder: Folder to lock.
+        what: Kind of the writer, for the sentence about an error, such as "study".
+
+    Raises:
+        ConfigurationError: Another process holds the lock.
+        ExportError: Nothing can be written to the folder.
+    """
+    import fcntl
+
+    try:
+        opened = (folder / ".lock").open("w")
+    except OSError as error:
+        raise ExportError(f"{folder}: nothing can be written to the folder: {error.strerror}") from None
+    with opened as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise ConfigurationError(
+                f"{folder}: another {what} writes there now; wait for it or choose another --out"
+            ) from None
+        yield
 
 
 def check_output(path: Path, *suffixes: str) -> None:

@@ -36,7 +36,7 @@ def report_study(
     debug: DebugOption = False,
 ) -> None:
     """Write DIR/index.html: success by condition, every attempt, and its recording where there is one."""
-    from ..files import check_output, write_whole
+    from ..files import check_output, write_output
     from ..viewer.index import index_page
     from ..viewer.index_rows import read_attempts
 
@@ -46,10 +46,7 @@ def report_study(
     made = _record(folder, rows, recordings) if recordings else 0
     links = _links(folder, rows)
     document = index_page(folder.resolve().name or "study", rows, links)
-    try:
-        write_whole(output, document.encode("utf-8", errors="replace"))
-    except OSError as error:
-        raise ExportError(f"{output}: the page cannot be written: {error.strerror}") from None
+    write_output(output, document.encode("utf-8", errors="replace"), "page")
     if as_json:
         print_json(
             {
@@ -71,6 +68,7 @@ def _record(folder: Path, rows: list[AttemptRow], number: int) -> int:
     from ..analysis.motion import annotate
     from ..config import build_scenario
     from ..episode import run
+    from ..files import make_folder
     from ..viewer.index_rows import RECORDINGS, read_scenario
 
     place = folder / RECORDINGS
@@ -83,10 +81,7 @@ def _record(folder: Path, rows: list[AttemptRow], number: int) -> int:
         counts[kind] = counts.get(kind, 0) + 1
         if counts[kind] <= number and not (place / f"{row.stem}.npz").exists():
             chosen.append(row)
-    try:
-        place.mkdir(exist_ok=True)
-    except OSError as error:
-        raise ExportError(f"{place}: the folder cannot be made: {error.strerror}") from None
+    make_folder(place)
     with drawing_progress(place) as progress:
         for index, row in enumerate(chosen):
             scenario = build_scenario(dict(read_scenario(folder, row.config_hash)), source=str(folder))
@@ -133,7 +128,7 @@ def _links(folder: Path, rows: list[AttemptRow]) -> Links:
 
 def _pictures(place: Path, stems: list[str]) -> dict[str, bytes]:
     """Return the thumbnails by stem, drawing those that are missing where a browser is found."""
-    from ..files import write_whole
+    from ..files import write_output
     from ..viewer.chromium import find_chromium
     from ..viewer.thumbnails import thumbnails
 
@@ -143,10 +138,7 @@ def _pictures(place: Path, stems: list[str]) -> dict[str, bytes]:
     with drawing_progress(place) as progress:
         drawn = thumbnails([place / f"{stem}.html" for stem in missing], progress)
     for stem, picture in zip(missing, drawn, strict=True):
-        try:
-            write_whole(place / f"{stem}.jpg", picture)
-        except OSError as error:
-            raise ExportError(f"{place}: a thumbnail cannot be written: {error.strerror}") from None
+        write_output(place / f"{stem}.jpg", picture, "thumbnail")
     return {stem: (place / f"{stem}.jpg").read_bytes() for stem in stems}
 
 

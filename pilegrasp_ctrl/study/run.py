@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from ..exceptions import ConfigurationError
+from ..files import locked, make_folder
 from .attempt import AttemptReport, WorkItem, load_measure, run_work_item
 from .condition import Attempt, Condition
 from .dispatch import Pool, dispatch
-from .folder_lock import locked
 from .origins import origins_of
-from .store import StudyStore, make_folder
+from .store import StudyStore
 from .worker_pool import WorkerPool
 
 Record = Literal["none", "failures", "first", "all"]

@@ -12,7 +12,7 @@ from typing import Any, Self
 
 from ..config import Scenario, build_scenario
 from ..exceptions import ConfigurationError, ExportError
-from ..files import write_whole
+from ..files import make_folder, write_output
 from .attempt import AttemptReport, AttemptRow
 from .condition import Attempt, Condition
 from .origins import compare, difference
@@ -192,7 +192,8 @@ class StudyStore:
         for condition, report in reports:
             key = (report.config_hash, report.seed)
             if report.recording is not None:
-                _write_durably(self.recording_file(*key), report.recording)
+                make_folder(self.folder / RECORDINGS)
+                write_output(self.recording_file(*key), report.recording, "recording", durable=True)
             rows.append((*key, json.dumps(condition.as_dict()), report.result, report.error))
             costs.append((*key, report.processor_time, report.wall_time, report.host))
         with self._transaction() as connection:
@@ -251,25 +252,5 @@ class StudyStore:
         return self.folder / RECORDINGS / f"{config_hash}-{seed}.npz"
 
 
-def make_folder(folder: Path) -> None:
-    """Make the folder of a study if it is missing.
-
-    Raises:
-        ExportError: The folder cannot be made.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ExportError(f"{folder}: the folder cannot be made: {error.strerror}") from None
-
-
 def _row(config_hash: str, seed: int, condition: str, result: str | None, error: str | None) -> AttemptRow:
     return AttemptRow(config_hash, seed, json.loads(condition), None if result is None else json.loads(result), error)
-
-
-def _write_durably(path: Path, content: bytes) -> None:
-    try:
-        path.parent.mkdir(exist_ok=True)
-        write_whole(path, content, durable=True)
-    except OSError as error:
-        raise ExportError(f"{path}: the recording cannot be written: {error.strerror}") from None

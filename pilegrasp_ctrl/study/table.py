@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..exceptions import ExportError
-from ..files import write_whole
+from ..files import write_output
 from .attempt import AttemptRow
 from .store import StudyStore
 
@@ -63,10 +63,7 @@ def write_table(store: StudyStore, path: Path) -> int:
         require_parquet()
     lines = table(store)
     content = _parquet(lines) if path.suffix == ".parquet" else _csv(lines)
-    try:
-        write_whole(path, content)
-    except OSError as error:
-        raise ExportError(f"{path}: the table cannot be written: {error.strerror}") from None
+    write_output(path, content, "table")
     return len(lines)
 
 

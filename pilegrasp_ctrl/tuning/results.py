@@ -7,12 +7,14 @@ import io
 from pathlib import Path
 from typing import Any
 
+from ..files import write_output
+from ..provenance import versions
 from ..tasks.gains import load_gains
 from .analysis import Contender, Explanation
 from .gain_space import gains_table, gains_text
 from .objectives import objective_names
 from .page import page
-from .search import Search, versions, write_text
+from .search import Search
 from .stability_margin import Margin
 
 UNITS = {"tracking": "mm", "activity": "%", "overshoot": "N", "position": "mm", "rotation": "mrad", "share": "%"}
@@ -29,10 +31,10 @@ def write_results(explanation: Explanation, command: str) -> dict[str, Any]:
         ExportError: where a file cannot be written.
     """
     folder = explanation.search.folder
-    write_text(folder / "best.toml", best_text(explanation))
-    write_text(folder / "trials.csv", trials_csv(explanation))
+    write_output(folder / "best.toml", best_text(explanation).encode(), "gains")
+    write_output(folder / "trials.csv", trials_csv(explanation).encode(), "table")
     document = as_document(explanation)
-    write_text(folder / "index.html", page(explanation, document, command))
+    write_output(folder / "index.html", page(explanation, document, command).encode(), "page")
     return document
 
 
@@ -112,7 +114,7 @@ def as_document(explanation: Explanation) -> dict[str, Any]:
         "improvement": improvement,
         "rule": explanation.rule,
         "importance": explanation.importance,
-        "versions": versions(),
+        "versions": versions("optuna"),
         "files": {
             "gains": str(folder / "best.toml"),
             "trials": str(folder / "trials.csv"),

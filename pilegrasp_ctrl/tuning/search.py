@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from ..config import Scenario
-from ..exceptions import ConfigurationError, ExportError
-from ..files import write_whole
+from ..exceptions import ConfigurationError
+from ..files import locked, make_folder, write_output
 from ..provenance import versions
 from ..robots import path as robot_file
 from ..sim.hand import Hand
-from ..study.folder_lock import locked
 from ..tasks.gains import MotionGains, load_gains
 from .choice import choose
 from .gain_space import Gains, GainSpace, gains_table, gains_text
@@ -74,7 +73,7 @@ class Search:
 
     def with_gains(self, gains: Gains, file: Path, comment: str) -> Scenario:
         """Write the gains to a file and return the scenario that uses it."""
-        write_text(file, gains_text(gains, comment))
+        write_output(file, gains_text(gains, comment).encode(), "gains")
         controller = self.scenario.controller.model_copy(update={"gains": str(file)})
         return self.scenario.model_copy(update={"controller": controller})
 
@@ -117,10 +116,7 @@ def plan_search(
     chosen = scenario.model_copy(update={"controller": controller})
     space = GainSpace.around(gains, controller.rate)
     resting_arm(chosen, seeds[0])
-    try:
-        (out / "gains").mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ExportError(f"{out}: is no folder that can be written to: {error.strerror}") from None
+    make_folder(out / "gains")
     return Search(chosen, space, seeds, late, out)
 
 
@@ -165,7 +161,7 @@ def run_search(
         raise ConfigurationError(f"{trials} trials in {jobs} jobs: both must be at least 1")
     space, force = search.space, search.scenario.strategy.grasp_force
     with ExitStack() as stack:
-        stack.enter_context(locked(search.folder))
+        stack.enter_context(locked(search.folder, "search"))
         store = TuningStore(
             search.folder / "tuning.db",
             search.configuration(),
@@ -183,18 +179,6 @@ def run_search(
                     records = store.records()
                     progress("trials", len(records), trials, _tracking(choose(records, force)[0]))
     return store
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a file of a search, all of it or nothing.
-
-    Raises:
-        ExportError: where it cannot be written.
-    """
-    try:
-        write_whole(path, text.encode())
-    except OSError as error:
-        raise ExportError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def _tracking(record: TrialRecord | None) -> float | None:

@@ -8,10 +8,10 @@ from scipy.stats import norm
 
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.exceptions import ConfigurationError, ExportError
+from pilegrasp_ctrl.files import locked
 from pilegrasp_ctrl.study import origins
 from pilegrasp_ctrl.study.attempt import AttemptReport
 from pilegrasp_ctrl.study.condition import Condition, conditions
-from pilegrasp_ctrl.study.folder_lock import locked
 from pilegrasp_ctrl.study.origins import compare, origins_of
 from pilegrasp_ctrl.study.run import run_study
 from pilegrasp_ctrl.study.store import StudyStore
@@ -187,7 +187,7 @@ def test_what_is_no_study_is_refused(tmp_path):
 
 def test_one_writer_at_a_time(tmp_path):
     attempts = [(Condition(load_scenario("spheres_wall"), {}), 0)]
-    with locked(tmp_path), pytest.raises(ConfigurationError, match="another study writes there now"):
+    with locked(tmp_path, "study"), pytest.raises(ConfigurationError, match="another study writes there now"):
         run_study(attempts, tmp_path)
     (tmp_path / "file").write_text("")
     with pytest.raises(ExportError, match="the folder cannot be made"):

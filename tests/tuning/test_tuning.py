@@ -21,7 +21,7 @@ from pilegrasp_ctrl.cli import tune
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.episode import run
 from pilegrasp_ctrl.exceptions import ConfigurationError, ExportError, SimulationError
-from pilegrasp_ctrl.study.folder_lock import locked
+from pilegrasp_ctrl.files import locked
 from pilegrasp_ctrl.tasks.gains import MotionGains, load_gains
 from pilegrasp_ctrl.tuning.choice import choose
 from pilegrasp_ctrl.tuning.gain_space import GainSpace, gains_table, gains_text
@@ -153,7 +153,7 @@ def test_a_file_that_is_no_store_is_left_alone(tmp_path):
 
 
 def test_two_searches_do_not_write_to_one_folder(tmp_path):
-    with locked(tmp_path), pytest.raises(ConfigurationError, match="another search writes there"):
+    with locked(tmp_path, "search"), pytest.raises(ConfigurationError, match="another search writes there"):
         run_search(search(tmp_path), 1, function=made_up)
 
 
