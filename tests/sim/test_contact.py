@@ -1,11 +1,14 @@
 """Does the engine do what was asked? Restitution from a drop, friction from an incline, energy of a bounce."""
 
 import math
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 import pytest
 
+from pilegrasp_ctrl.planning.layout import make_layout
+from pilegrasp_ctrl.sections import PileConfig, SupportConfig
 from pilegrasp_ctrl.sim.contact import (
     NATURAL_FREQUENCY,
     SUPPORT,
@@ -19,23 +22,23 @@ from pilegrasp_ctrl.sim.contact import (
 )
 from pilegrasp_ctrl.sim.object_model import SMOOTH
 from pilegrasp_ctrl.sim.objects import OBJECT_MODELS, object_model
-from pilegrasp_ctrl.sim.scene import new_spec
+from pilegrasp_ctrl.sim.scene import add_objects, add_support, new_spec
 
 GRAVITY = 9.81
 
 
-def on_a_plane(kind, surface, timestep=1e-3):
+def on_a_plane(objects, surface, timestep=1e-3):
     spec = new_spec(timestep)
     spec.worldbody.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1, 1, 0.1], contype=0, conaffinity=0)
-    kind.add_to(spec, 0, (1, 1, 1, 1))
+    objects.add_to(spec, 0, (1, 1, 1, 1))
     add_pair(spec, "object_0", "table", pair_parameters(surface, timestep))
     return spec.compile()
 
 
-def rebounds(kind, surface, height, timestep=1e-3):
+def rebounds(objects, surface, height, timestep=1e-3):
     """Drop upright from `height` at 16 phases of a step; return the speeds after the bounce over those before it."""
-    model = on_a_plane(kind, surface, timestep)
-    rest = kind.half_size[{"cylinder": 1, "box": 2, "ellipsoid": 2}.get(kind.shape, 0)]
+    model = on_a_plane(objects, surface, timestep)
+    rest = objects.half_size[{"cylinder": 1, "box": 2, "ellipsoid": 2}.get(objects.shape, 0)]
     got = []
     for phase in np.linspace(0.0, math.sqrt(2.0 * GRAVITY * height) * timestep, 16, endpoint=False):
         data = mujoco.MjData(model)
@@ -52,11 +55,11 @@ def rebounds(kind, surface, height, timestep=1e-3):
 @pytest.mark.parametrize("timestep", [0.0005, 0.001])
 @pytest.mark.parametrize("height", [0.1, 0.5])
 @pytest.mark.parametrize("name", ["light_sphere", "heavy_sphere", "cube", "cylinder"])
-def test_what_is_dropped_rebounds_with_the_restitution_asked_for(name, height, timestep):
-    kind = object_model(name)
+def test_a_dropped_object_rebounds_with_its_restitution(name, height, timestep):
+    objects = object_model(name)
     # The impact falls anywhere between two steps; the mean over phases is what a pile sees.
-    got = rebounds(kind, kind.surface, height, timestep)
-    assert np.mean(got) == pytest.approx(kind.surface.restitution, abs=0.03)
+    got = rebounds(objects, objects.surface, height, timestep)
+    assert np.mean(got) == pytest.approx(objects.surface.restitution, abs=0.03)
     assert max(got) < 1.0
 
 
@@ -84,7 +87,7 @@ def test_small_steps_lead_to_the_law_of_the_continuous_contact(zeta):
     assert restitution_of(zeta, 0.002) == pytest.approx(law, abs=1e-3)
 
 
-def test_a_restitution_of_nothing_is_not_turned_into_a_kick():
+def test_a_restitution_of_zero_does_not_become_a_kick():
     """Beyond 0.5 / step the damper alone reverses the velocity within a step, and the bounce grows again."""
     for timestep in (5e-4, 1e-3, 2e-3):
         step = NATURAL_FREQUENCY * timestep
@@ -114,7 +117,76 @@ def test_a_cube_slips_at_the_friction_angle(mu):
     assert faster == pytest.approx(expected, rel=0.1)
 
 
-def test_a_rolling_ball_slows_down_as_rolling_friction_says():
+def slide_on_the_table(angle, rule, mu):
+    """Return how far a cube slides down the scene's own table in half a second, starting at rest on it [m]."""
+    cube = object_model("cube")
+    cube = replace(cube, surface=replace(cube.surface, lateral=mu, restitution=0.1))
+    spec = new_spec(1e-3)
+    layout = make_layout(SupportConfig(kind="none"), PileConfig(), cube.diameter)
+    add_objects(spec, cube, 1, add_support(spec, layout), rule)
+    model = spec.compile()
+    model.opt.gravity[:] = GRAVITY * math.sin(angle), 0.0, -GRAVITY * math.cos(angle)
+    data = mujoco.MjData(model)
+    data.qpos[:3] = 0.5, 0.0, cube.half_size[2]
+    for _ in range(500):
+        mujoco.mj_step(model, data)
+    return data.qpos[0] - 0.5
+
+
+@pytest.mark.parametrize(
+    ("rule", "mu", "expected"), [("paper", 0.4, 0.4), ("product", 0.8, 0.2), ("maximum", 0.1, 0.25)]
+)
+def test_the_table_is_as_smooth_as_the_wood_of_the_measurement(rule, mu, expected):
+    """Cross (2002) measured the objects against smooth wood, whose sliding coefficient is 0.25."""
+    angle = math.atan(expected) + math.radians(5.0)
+    free = 0.5 * 0.5**2 * GRAVITY
+    way = free * (math.sin(angle) - expected * math.cos(angle))
+    assert slide_on_the_table(angle, rule, mu) == pytest.approx(way, rel=0.1)
+
+
+@pytest.mark.parametrize("surface", [SUPPORT, SMOOTH])
+def test_wood_and_bare_objects_have_the_coefficients_of_the_sources(surface):
+    # Cross (2002, Tables I-II) for sliding; the paper (V-A) for the rest.
+    assert (surface.lateral, surface.spinning, surface.rolling, surface.restitution) == (0.25, 0.001, 0.001, 0.72)
+
+
+def test_a_bounce_takes_ten_steps_of_the_shipped_length():
+    """Half a period of the contact: pi / 300 s."""
+    ball = object_model("light_sphere")
+    model = on_a_plane(ball, Surface(0.25, 0.001, 0.001, 0.99, rank=1), timestep=1e-4)
+    data = mujoco.MjData(model)
+    data.qpos[2] = ball.half_size[0] + 0.1
+    touching = 0
+    for _ in range(4000):
+        mujoco.mj_step(model, data)
+        touching += data.qpos[2] < ball.half_size[0]
+    assert 1e-4 * touching == pytest.approx(math.pi / 300.0, rel=0.03)
+
+
+def test_a_resting_ball_sags_by_twenty_micrometers():
+    ball = object_model("heavy_sphere")
+    model = on_a_plane(ball, ball.surface)
+    data = mujoco.MjData(model)
+    data.qpos[2] = ball.half_size[0]
+    for _ in range(3000):
+        mujoco.mj_step(model, data)
+    assert ball.half_size[0] - data.qpos[2] == pytest.approx(20e-6, rel=0.1)
+
+
+def test_a_pressed_fingertip_sinks_by_two_millimeters_only():
+    """A tip of 5 g under 20 N; with the contact of an object it would be 9 mm."""
+    tip = replace(object_model("light_sphere"), mass=0.005, half_size=(0.0035,))
+    for rank, depth in ((2, 0.0019), (1, 0.0089)):
+        model = on_a_plane(tip, Surface(0.8, 0.001, 0.001, 0.0, rank=rank))
+        data = mujoco.MjData(model)
+        data.qpos[2] = 0.0035
+        data.xfrc_applied[1, 2] = -20.0
+        for _ in range(3000):
+            mujoco.mj_step(model, data)
+        assert 0.0035 - data.qpos[2] == pytest.approx(depth, rel=0.05)
+
+
+def test_a_rolling_ball_slows_down_by_the_rolling_friction():
     ball = object_model("heavy_sphere")
     model = on_a_plane(ball, Surface(0.6, 0.001, 0.001, 0.1, rank=1))
     data = mujoco.MjData(model)

@@ -6,12 +6,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from pilegrasp_ctrl.config import PileConfig, SupportConfig
+from object_worlds import compile_objects, settled_poses
+from pilegrasp_ctrl.config import PileConfig
 from pilegrasp_ctrl.episode import run
 from pilegrasp_ctrl.exceptions import ConfigurationError, PileError
-from pilegrasp_ctrl.planning.layout import make_layout
 from pilegrasp_ctrl.sim.objects import OBJECT_MODELS, object_model, objects_of
-from pilegrasp_ctrl.sim.pile import settle_pile
 from pilegrasp_ctrl.sim.scene import add_objects, new_spec
 
 
@@ -20,23 +19,10 @@ def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
 
-def compiled(kind, count=1):
-    """The objects alone, without gravity."""
-    spec = new_spec(1e-3)
-    add_objects(spec, kind, count, [], "paper")
-    spec.option.gravity = [0.0, 0.0, 0.0]
-    return spec.compile()
-
-
-def settled(kind, count, **pile):
-    layout = make_layout(SupportConfig(), PileConfig(count=count, **pile), kind.diameter)
-    return settle_pile(kind, count, layout, 0, "paper", 1e-3).poses
-
-
 def bag(positions, gravity=0.0):
     """Three limes of one net, upright, at `positions` (3, 3); nothing else."""
-    kind = OBJECT_MODELS["lime_net"]
-    model = compiled(kind, 3)
+    objects = OBJECT_MODELS["lime_net"]
+    model = compile_objects(objects, 3)
     model.opt.gravity[2] = -gravity
     data = mujoco.MjData(model)
     data.qpos.reshape(3, 7)[:, :3] = positions
@@ -87,10 +73,10 @@ def test_pushing_one_lime_away_from_nothing_pushes_no_other():
 
 
 def test_lifting_one_lime_lifts_the_others_after_the_slack():
-    kind = OBJECT_MODELS["lime_net"]
+    objects = OBJECT_MODELS["lime_net"]
     spec = new_spec(1e-3)
     spec.worldbody.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1, 1, 0.1], contype=0, conaffinity=0)
-    add_objects(spec, kind, 3, ["table"], "paper")
+    add_objects(spec, objects, 3, ["table"], "paper")
     model = spec.compile()
     data = mujoco.MjData(model)
     poses = data.qpos.reshape(3, 7)
@@ -114,9 +100,10 @@ def test_lifting_one_lime_lifts_the_others_after_the_slack():
     assert loop_of(data) == pytest.approx(0.24, abs=0.0005)
 
 
+@pytest.mark.slow
 def test_a_pile_of_nets_settles_within_their_length():
-    kind = OBJECT_MODELS["lime_net"]
-    poses = settled(kind, 6)
+    objects = OBJECT_MODELS["lime_net"]
+    poses = settled_poses(objects, 6)
     for first in (0, 3):
         x = poses[first : first + 3, :3]
         assert sum(np.linalg.norm(x[i] - x[i - 1]) for i in range(3)) < 0.2405
@@ -130,15 +117,16 @@ def test_the_count_is_that_of_the_limes():
         objects_of(PileConfig(object="lime_net", count=1))
     assert objects_of(PileConfig(object="lime_net", count=15)).net.members == 3
     with pytest.raises(PileError, match=r"3 tied objects need 107 mm side by side .* raise pile.frame_size"):
-        settled(OBJECT_MODELS["lime_net"], 3)
-    assert settled(OBJECT_MODELS["lime_net"], 3, frame_size=0.12).shape == (3, 7)
+        settled_poses(OBJECT_MODELS["lime_net"], 3)
+    assert settled_poses(OBJECT_MODELS["lime_net"], 3, frame_size=0.12).shape == (3, 7)
 
 
 def test_a_net_grows_with_its_objects():
     assert object_model("lime_net", scale=0.5).net.loop == pytest.approx(0.12)
 
 
-def test_a_net_of_limes_is_carried_out():
+@pytest.mark.slow
+def test_an_attempt_on_nets_of_limes_runs():
     result = run("spheres_wall", overrides={"pile.object": "lime_net", "pile.count": 6}, record=True)
     assert result.reason in ("", "nothing was in the hand after the lift")
     assert sum(body.role == "object" for body in result.recording.bodies) == 6

@@ -22,9 +22,11 @@ COUNT = 5
 def scene_of(hand="rbo_hand2", **overrides):
     """Build the scene of a scenario in a corner, and return it with what it was built from."""
     scenario = load_scenario("spheres_corner", {"hand": hand, "pile.count": COUNT, **overrides})
-    kind, hand = object_model(scenario.pile.object), Hand.load(hand)
-    layout = make_layout(scenario.support, scenario.pile, kind.diameter)
-    return SimpleNamespace(scene=build_scene(scenario, hand, kind, layout), hand=hand, kind=kind, layout=layout)
+    objects, hand = object_model(scenario.pile.object), Hand.load(hand)
+    layout = make_layout(scenario.support, scenario.pile, objects.diameter)
+    return SimpleNamespace(
+        scene=build_scene(scenario, hand, objects, layout), hand=hand, objects=objects, layout=layout
+    )
 
 
 @pytest.fixture(scope="module", params=["rbo_hand2", "shovel"])
@@ -56,10 +58,10 @@ def test_the_objects_come_last_and_in_order(built):
     addresses = [int(model.joint(f"object_{i}").qposadr[0]) for i in range(COUNT)]
     assert addresses == [scene.object_qpos + 7 * i for i in range(COUNT)]
     assert addresses[-1] + 7 == model.nq
-    np.testing.assert_allclose(model.body_mass[list(scene.objects)], built.kind.mass)
+    np.testing.assert_allclose(model.body_mass[list(scene.objects)], built.objects.mass)
 
 
-def test_the_hand_is_what_hangs_below_the_flange(built):
+def test_the_hand_is_everything_beyond_the_flange(built):
     model, scene = built.scene.model, built.scene
     names = {model.body(body).name for body in scene.hand_bodies}
     assert names == {body.name for body in built.hand.standalone_spec().bodies} - {"world"}
@@ -67,7 +69,7 @@ def test_the_hand_is_what_hangs_below_the_flange(built):
     assert mass == pytest.approx(built.hand.mass_properties().mass)
 
 
-def test_every_contact_of_hand_and_objects_is_spelled_out_and_nothing_else(built):
+def test_exactly_the_contacts_of_hand_and_objects_have_explicit_pairs(built):
     supports = ["table", "wall_left", "wall_right"]
     objects = [f"object_{i}" for i in range(COUNT)]
     fingers = built.hand.contact_geoms
@@ -83,11 +85,11 @@ def test_every_contact_of_hand_and_objects_is_spelled_out_and_nothing_else(built
 
 def test_by_default_objects_collide_with_the_arms_own_links_only_and_the_hand_with_nothing(built):
     model = built.scene.model
-    kind, affinity = model.geom_contype, model.geom_conaffinity
+    contact_type, affinity = model.geom_contype, model.geom_conaffinity
 
     def partners(name):
         geom = model.geom(name).id
-        bodies = model.geom_bodyid[((kind[geom] & affinity) | (kind & affinity[geom])) != 0]
+        bodies = model.geom_bodyid[((contact_type[geom] & affinity) | (contact_type & affinity[geom])) != 0]
         return {model.body(int(body)).name for body in bodies}
 
     for name in built.hand.contact_geoms:
@@ -110,7 +112,7 @@ def touching(model, data):
     return {model.body(int(model.geom_bodyid[geom])).name for pair in data.contact.geom for geom in pair}
 
 
-def test_an_arm_in_the_table_is_felt_but_not_where_it_stands(built):
+def test_an_arm_in_the_table_collides_except_at_its_base(built):
     data, _ = with_objects_far_away(built)
     assert data.ncon == 0
     data.qpos[:7] = [0.0, 1.9, 0.0, 0.0, 0.0, 0.0, 0.0]
@@ -118,7 +120,7 @@ def test_an_arm_in_the_table_is_felt_but_not_where_it_stands(built):
     assert touching(built.scene.model, data) & {"link4", "link5", "link6", "link7"}
 
 
-def test_an_object_in_the_forearm_is_felt(built):
+def test_an_object_in_the_forearm_collides(built):
     data, poses = with_objects_far_away(built)
     poses[0, :3] = data.body("link5").xipos
     mujoco.mj_forward(built.scene.model, data)
@@ -129,7 +131,7 @@ def test_an_object_in_the_forearm_is_felt(built):
 def test_a_pair_has_the_coefficients_of_its_two_bodies(rule):
     built = scene_of("shovel", **{"sim.contact_rule": rule, "pile.object": "heavy_sphere"})
     model, pairs = built.scene.model, pairs_of(built.scene.model)
-    ball, hand = built.kind.surface, built.hand.surface
+    ball, hand = built.objects.surface, built.hand.surface
     cases = {
         ("object_0", "object_1"): (ball, ball, 6),
         ("object_0", "table"): (ball, SUPPORT, 6),
@@ -185,7 +187,7 @@ def test_every_drawn_body_has_its_role(built):
     assert sorted(shape.kind for shape in support.shapes) == ["box", "box", "plane"]
 
 
-def test_what_is_only_there_to_collide_is_not_drawn(built):
+def test_shapes_that_only_collide_are_not_drawn(built):
     model = built.scene.model
     bodies, _ = drawn_bodies(built.scene)
     assert sum(len(body.shapes) for body in bodies) == np.count_nonzero(model.geom_group != 3) < model.ngeom

@@ -25,39 +25,39 @@ DOWN = np.array([math.sin(SLOPE), 0.0, -math.cos(SLOPE)])
 SUPPORTS = [("wall", False), ("corner", False), ("wall", True), ("corner", True)]
 
 
-def layout_of(kind="wall", bin=True, tilt=5.0, count=18):
-    return make_layout(SupportConfig(kind=kind, bin=bin, tilt_deg=tilt), PileConfig(count=count), 0.054)
+def layout_of(support="wall", bin=True, tilt=5.0, count=18):
+    return make_layout(SupportConfig(kind=support, bin=bin, tilt_deg=tilt), PileConfig(count=count), 0.054)
 
 
-def rolling(kind, layout):
+def rolling(ball, layout):
     """A ball on the floor, 0.3 m before the support."""
     spec = new_spec(1e-3)
-    add_objects(spec, kind, 1, add_support(spec, layout), "paper")
+    add_objects(spec, ball, 1, add_support(spec, layout), "paper")
     model = spec.compile()
     data = mujoco.MjData(model)
-    data.qpos[:3] = layout.support_distance - kind.half_size[0] - 0.3, 0.0, kind.half_size[0]
+    data.qpos[:3] = layout.support_distance - ball.half_size[0] - 0.3, 0.0, ball.half_size[0]
     return model, data
 
 
-@pytest.mark.parametrize(("kind", "bin"), SUPPORTS)
-def test_gravity_points_down_the_slope_and_the_arm_stands_upright(kind, bin):
-    layout = layout_of(kind, bin)
+@pytest.mark.parametrize(("support", "bin"), SUPPORTS)
+def test_gravity_points_down_the_slope_and_the_arm_stands_upright(support, bin):
+    layout = layout_of(support, bin)
     np.testing.assert_allclose(layout.gravity, G * DOWN, atol=1e-12)
     base = layout.transform_base_to_world
     np.testing.assert_allclose(base.rotation[:, 2], -DOWN, atol=1e-12)
     # The support's foot is where it is on a level floor, as the arm sees it.
     foot = base.inverse().rotation @ [layout.support_distance, 0.0, 0.0] + base.inverse().translation
     np.testing.assert_allclose(foot, [layout.support_distance, 0.0, BASE_BELOW_TABLE], atol=1e-12)
-    np.testing.assert_array_equal(layout_of(kind, bin, tilt=0.0).gravity, [0.0, 0.0, -G])
+    np.testing.assert_array_equal(layout_of(support, bin, tilt=0.0).gravity, [0.0, 0.0, -G])
 
 
 @pytest.mark.parametrize("solid", [True, False])
 def test_a_ball_rolls_down_as_the_formula_says_and_rests_against_the_low_wall(solid):
     # As smooth as wood; the rolling friction of felt leaves a quarter of what drives a ball, and 5 % of that is little.
-    kind = object_model("heavy_sphere" if solid else "light_sphere").with_friction(0.5)
-    radius, friction = kind.half_size[0], kind.surface.rolling
-    model, data = rolling(kind, layout_of())
-    share = model.body_inertia[1, 0] / (kind.mass * radius**2)
+    ball = object_model("heavy_sphere" if solid else "light_sphere").with_friction(0.5)
+    radius, friction = ball.half_size[0], ball.surface.rolling
+    model, data = rolling(ball, layout_of())
+    share = model.body_inertia[1, 0] / (ball.mass * radius**2)
     assert share == pytest.approx(0.4, rel=1e-6) if solid else share > 0.45
     expected = G * (math.sin(SLOPE) - math.cos(SLOPE) * friction / radius) / (1.0 + share)
     # The ball first sinks into its contact.
@@ -168,9 +168,9 @@ def test_a_kilogram_that_hangs_from_the_hand_reads_along_gravity(hand_name):
 
 
 def test_the_piles_cache_knows_slope_and_bin():
-    kind = object_model("light_sphere")
+    ball = object_model("light_sphere")
     layouts = [layout_of(*support, tilt=tilt) for support in SUPPORTS for tilt in (0.0, 5.0, 6.0)]
-    files = {PileCache(repr(kind), 18, repr(layout)).file for layout in layouts}
+    files = {PileCache(repr(ball), 18, repr(layout)).file for layout in layouts}
     assert len(files) == len(layouts)
     scenarios = [
         build_scenario({"support": {"bin": bin, "tilt_deg": tilt}}) for bin in (True, False) for tilt in (0, 5)
