@@ -174,7 +174,7 @@ class Recording:
     values, non-increasing times and non-unit quaternions are rejected, both on writing and on reading.
 
     Attributes:
-        meta: JSON values: scenario, seed, success, reason, outcomes and what else the writer adds.
+        meta: JSON values: scenario, seed, success, reason, outcomes and further entries of the writer.
         bodies: B bodies with distinct names.
         frame_time: (F,) times of the frames, strictly increasing, float64 [s].
         body_position: (F, B, 3) positions in the scene's frame, float32 [m].

@@ -1,1 +1,1 @@
-"""From the geometry of scene, hand and pile to the line of a push. No engine."""
+"""Planning: from the geometry of scene, hand and pile to the line of a push, without an engine."""

@@ -1,4 +1,4 @@
-"""What planning and primitives must know of a hand: how it slides, closes or scoops, and the room that it takes."""
+"""The numbers of a hand that planning and primitives use: how it slides, closes or scoops, and its outline."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class HandUse:
         normal_force: Desired force on the support [N].
         preshape: Closure before the grasp.
         closing_time: Time that the hand takes to close [s].
-        advance: Longest way that the reference goes on along the push while the hand closes [m].
+        advance: Longest distance that the reference advances along the push while the hand closes [m].
         scoop_angle: Angle by which the hand tilts back to grasp [rad]; zero for a hand that closes.
         heel: Distance from the leading edge to the heel [m].
         outline: (n, 4) balls that span sensor and hand at rest: middle in the tool frame and radius [m].

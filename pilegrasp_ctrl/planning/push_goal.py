@@ -11,7 +11,7 @@ import numpy as np
 from ..types import Array
 
 NEAR_A_FAILED_LINE = 0.03
-"""A push nearer than this to a failed one would meet the same objects in the same way [m]: half an object."""
+"""Distance from a failed push within which a push meets the same objects again [m]: half an object."""
 
 LINE_SPACING = 0.01
 """Distance between the lines that are compared [m]."""
@@ -52,8 +52,8 @@ class PushGoal:
         Args:
             positions: (n, 2) object positions [m].
             half_width: An object counts if it is at most this far beside the line [m].
-            failed_lines: Goals on lines of failed pushes. Each one to this goal halves what the objects before a line
-                near it count.
+            failed_lines: Goals on lines of failed pushes. Each failed line to this goal halves the count of the lines
+                near it.
         """
         left = np.array([-math.sin(self.yaw), math.cos(self.yaw)])
         least, greatest = self.lateral_range

@@ -15,7 +15,7 @@ from .hand_use import HandUse
 from .layout import Layout
 from .object_choice import choose_object
 from .push_goal import PushGoal
-from .strategy import HAND_HALF_WIDTH, HAND_ROOM, pile_extent, tool_rotation, touch_point
+from .strategy import HAND_HALF_WIDTH, MIN_GAP, pile_extent, tool_rotation, touch_point
 from .walls import Wall
 
 LEAST_CLEARANCE = 0.01
@@ -23,7 +23,7 @@ LEAST_CLEARANCE = 0.01
 `strategy.clearance` where a bin's near wall leaves no more room, but never nearer than this."""
 
 WALL_CLEARANCE = 0.02
-"""Clearance between the hand and a wall that it passes [m]; soft hand and arm give way sideways by less."""
+"""Clearance between the hand and a wall that it passes [m]; the soft hand and the arm deflect sideways by less."""
 
 PARALLEL = 1e-6
 """A wall runs along the push where its normal and the push have a smaller product."""
@@ -61,7 +61,7 @@ def plan_push_line(
     """Return the line to the support behind the pile's middle, to a chosen object, or to a goal in a bin.
 
     Args:
-        strategy: Angles, clearance, and what the hand aims at.
+        strategy: Angles, clearance, and the aim: the pile or an object.
         hand: The hand, whose outline must find room in a corner.
         layout: Layout with the support's walls.
         poses: (n, 7) object poses: position [m] and quaternion wxyz.
@@ -75,24 +75,24 @@ def plan_push_line(
     positions, yaw = poses[:, :2], goal.yaw if goal else 0.0
     alpha = yaw + np.radians(strategy.alpha_deg)
     direction = np.array([np.cos(alpha), np.sin(alpha)])
-    middle = _middle(positions, layout.frame_size) if len(positions) else layout.frame_center
+    middle = _pile_middle(positions, layout.frame_size) if len(positions) else layout.frame_center
     if goal:
         # The bin leaves the hand less room than an open table: the goal fixes the line, the pile its start.
         anchor = goal.best_line(positions, HAND_HALF_WIDTH)[0].anchor
         point = anchor + min((middle - anchor) @ direction, -radius) * direction
     elif strategy.kind == "object":
-        # A copy of its own, as sums over strided and over contiguous arrays need not agree to the last bit.
+        # A contiguous copy, because sums over strided and over contiguous arrays can differ in the last bit.
         axes = rotation_matrices(poses[:, 3:])[..., 2].copy() if cylinders else None
         point = positions[choose_object(poses[:, :3], direction, radius, middle, axes)]
     elif layout.support == "wall":
         point = np.array([layout.support_distance - radius, middle[1]])
     else:
-        point = center_between_walls(layout.walls, _turned(hand, strategy), direction, middle)
+        point = center_between_walls(layout.walls, _turned_outline(hand, strategy), direction, middle)
     # In a bin the push cannot begin farther back.
-    room = radius if goal else HAND_ROOM
-    extent = pile_extent(positions, radius, point, direction, room) if len(positions) else 0.5 * layout.frame_size
+    gap = radius if goal else MIN_GAP
+    extent = pile_extent(positions, radius, point, direction, gap) if len(positions) else 0.5 * layout.frame_size
     if goal:
-        extent -= _moved_in(goal, touch_point(strategy, point, extent, yaw), strategy.clearance)
+        extent -= _reach_correction(goal, touch_point(strategy, point, extent, yaw), strategy.clearance)
     return PushLine(point, extent, yaw)
 
 
@@ -111,7 +111,7 @@ def center_between_walls(walls: Sequence[Wall], outline: Array, direction: Array
         point: (2,) point that the push would otherwise run through [m].
     """
     left = np.array([-direction[1], direction[0]])
-    rows, room = [], []
+    normals, distances = [], []
     for wall in walls:
         normal = np.array([math.cos(wall.yaw), math.sin(wall.yaw)])
         if normal @ direction > PARALLEL:
@@ -119,28 +119,28 @@ def center_between_walls(walls: Sequence[Wall], outline: Array, direction: Array
         face = wall.center[:2] + wall.half_size[0] * normal
         low = outline[outline[:, 2] - outline[:, 3] < wall.center[2] + wall.half_size[2]]
         beyond = float((low[:, :2] @ normal - low[:, 3]).min())
-        rows.append([left @ normal, direction @ normal])
-        room.append((point - face) @ normal + beyond - WALL_CLEARANCE)
-    if len(rows) != 2:
+        normals.append([left @ normal, direction @ normal])
+        distances.append((point - face) @ normal + beyond - WALL_CLEARANCE)
+    if len(normals) != 2:
         return point
-    aside, _ = np.linalg.solve(rows, -np.array(room))
+    aside, _ = np.linalg.solve(normals, -np.array(distances))
     return point + aside * left
 
 
-def _middle(positions: Array, size: float) -> Array:
+def _pile_middle(positions: Array, size: float) -> Array:
     """Return the centroid (2,) of the pile, without strays that lie `size` [m] or farther from the median.
 
-    The median itself would not do: of an odd number of balls in columns it lies on one of them, and the shovel's side
-    walls then meet the two beside it head-on.
+    The median itself is no good choice: with an odd number of balls in columns it lies on one of them, and the side
+    walls of the shovel then hit the two balls beside it.
     """
     off = np.linalg.norm(positions - np.median(positions, axis=0), axis=1)
     near = off < size
-    # Of two objects far apart neither lies near the median; the pile is one of them then.
+    # If two objects lie far apart, neither is near the median. One of them then counts as the pile.
     near[off.argmin()] = True
     return positions[near].mean(axis=0)
 
 
-def _moved_in(goal: PushGoal, touch: Array, clearance: float) -> float:
+def _reach_correction(goal: PushGoal, touch: Array, clearance: float) -> float:
     """Return how much nearer to the pile than `touch` (2,) the hand must come down so that the wrist has room [m]."""
     deficit = goal.reach_deficit(touch)
     if deficit > max(0.0, clearance - LEAST_CLEARANCE):
@@ -151,7 +151,7 @@ def _moved_in(goal: PushGoal, touch: Array, clearance: float) -> float:
     return deficit
 
 
-def _turned(hand: HandUse, strategy: StrategyConfig) -> Array:
+def _turned_outline(hand: HandUse, strategy: StrategyConfig) -> Array:
     """Return the hand's outline (n, 4) as it pushes, seen from the fingertips in the axes of the world [m]."""
     outline = hand.outline.copy()
     yaw = np.radians(strategy.alpha_deg + strategy.beta_deg)

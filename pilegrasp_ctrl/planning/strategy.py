@@ -16,22 +16,24 @@ from ..types import Array, Pose
 from .hand_use import HandUse
 
 START_HEIGHT = 0.22
-"""Height of the fingertips over the surface at the start of an attempt [m]."""
+"""Height of the fingertips over the surface at the start of an attempt, and between bin and crate [m]; chosen.
+
+The rims of bin and crate are at 0.16 m."""
 
 START_BACK = 0.06
-"""Distance of the start behind the pre-grasp pose, against the push [m]."""
+"""Distance of the start behind the pre-grasp pose, against the push [m]; chosen."""
 
 PRE_GRASP_HEIGHT = 0.06
-"""Height of the fingertips over the surface where the hand begins to lower onto the table [m]."""
+"""Height of the fingertips over the surface where the hand begins to lower onto the table [m]; chosen."""
 
 HAND_HALF_WIDTH = 0.06
-"""Half the width in which objects are in the hand's way [m]: half of the RBO Hand 2's four fingers, rounded up."""
+"""Half the width in which the hand meets objects [m]: half of the RBO Hand 2's four fingers, rounded up."""
 
-HAND_ROOM = 0.12
-"""Width of a gap in the pile that the hand can come down in [m]: its fingers, and the first part of its way."""
+MIN_GAP = 0.12
+"""Least width of a gap in the pile in which the hand can come down [m]: its fingers and the start of its push."""
 
 LIFT_SPEED = 0.12
-"""Speed of the lift [m/s]."""
+"""Speed of the lift [m/s]; chosen."""
 
 LIFT_BACK = 0.06
 """Distance by which the lift first leaves the support [m]; the authors' lift leaves it by 0.05 m.
@@ -40,7 +42,7 @@ On a straight lift, an object that the fingers press to the wall rolls along it 
 fingers wipe over the rim."""
 
 HOLD_TIME = 1.0
-"""Time for which the hand holds what it lifted before the attempt is judged [s]; the paper's hold."""
+"""Time for which the hand holds the objects before the attempt is judged [s]; the paper's hold."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +52,7 @@ class Plan:
     Attributes:
         start: Pose of the tool at the start.
         primitives: Primitives in their order.
-        waypoints: Poses on the way that must be within reach.
+        waypoints: Intermediate poses that must be within reach.
         end: Farthest pose of the motion, which must be within reach as well.
         closure: Closure of the hand at the start.
         direction: (3,) unit vector of the push, along which the force is watched.
@@ -70,10 +72,10 @@ def tool_rotation(yaw: float, theta: float) -> Array:
     return np.array([[cy * ct, -sy, cy * st], [sy * ct, cy, sy * st], [-st, 0.0, ct]])
 
 
-def pile_extent(positions: Array, radius: float, center: Array, direction: Array, room: float = HAND_ROOM) -> float:
-    """Return how far the pile reaches back from its centre against the push [m], strays left out.
+def pile_extent(positions: Array, radius: float, center: Array, direction: Array, gap: float = MIN_GAP) -> float:
+    """Return how far the pile reaches back from its centre against the push [m], without strays.
 
-    Only objects in the hand's way count. Seen from the centre, the extent ends at the first gap in which the hand can
+    Only objects that the hand meets count. Seen from the centre, the extent ends at the first gap in which the hand can
     come down. In a narrower gap it would come down on the objects behind it.
 
     Args:
@@ -81,14 +83,14 @@ def pile_extent(positions: Array, radius: float, center: Array, direction: Array
         radius: Object radius [m].
         center: (2,) centre of the pile [m].
         direction: (2,) unit vector of the push.
-        room: Width of such a gap [m].
+        gap: Least width of such a gap [m].
     """
     offset = positions - center
     lateral = np.abs(offset @ np.array([-direction[1], direction[0]]))
     back = np.sort(-offset[lateral < HAND_HALF_WIDTH + radius] @ direction)
     edge = 0.0
     for distance in back[back > 0.0]:
-        if distance - edge > 2.0 * radius + room:
+        if distance - edge > 2.0 * radius + gap:
             break
         edge = float(distance)
     return edge + radius

@@ -78,7 +78,7 @@ class ActiveGrasp:
         return float(np.linalg.norm(inputs.wrench[:3] - self.start.wrench[:3]))
 
     def ending(self, inputs: PrimitiveInput) -> Ending | None:
-        """End after the closing time, because the hand has no sensor of its own."""
+        """End after the closing time, because the hand has no sensor."""
         return Ending("closed") if inputs.time - self.start.time >= self.plan.duration else None
 
 
@@ -148,5 +148,5 @@ class ActiveRelease(ActivePath):
     plan: Release
 
     def ending(self, inputs: PrimitiveInput) -> Ending | None:
-        """End after `duration`, because the hand has no sensor of its own."""
+        """End after `duration`, because the hand has no sensor."""
         return Ending("opened") if self.elapsed(inputs) >= self.plan.duration else None

@@ -1,1 +1,1 @@
-"""What an attempt consists of: grasp, push, line, or an order of several objects."""
+"""Programs of an attempt: grasp, push, line, or an order of several objects."""

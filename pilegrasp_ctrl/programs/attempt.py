@@ -1,4 +1,4 @@
-"""Preparation of an attempt: settle the pile, plan, and find out what cannot be done before anything moves."""
+"""Preparation of an attempt: settle the pile, plan the motion, and check both before anything moves."""
 
 from __future__ import annotations
 

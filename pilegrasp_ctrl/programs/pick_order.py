@@ -15,7 +15,7 @@ from ..config import Scenario
 from ..exceptions import UnreachablePoseError
 from ..planning.layout import BIN_CENTER
 from ..planning.push_goal import PushGoal
-from ..planning.strategy import HAND_HALF_WIDTH, Plan, tool_rotation
+from ..planning.strategy import HAND_HALF_WIDTH, START_HEIGHT, Plan, tool_rotation
 from ..planning.walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, are_inside
 from ..primitives.free_motions import Carry
 from ..primitives.grasp import Release
@@ -24,9 +24,6 @@ from ..types import Array, Outcome, Pose
 
 CARRY_SPEED = 0.25
 """Speed of the hand between bin and crate [m/s]; chosen."""
-
-CARRY_HEIGHT = 0.22
-"""Height of the fingertips over the floor while the hand travels [m]; the rims are at 0.16 m."""
 
 STOP_SHORT = 0.04
 """Distance of the fingertips from the middle of the order's crate at the release [m]; the objects roll off forward."""
@@ -73,7 +70,7 @@ def delivery_pose(theta: float) -> Pose:
     """
     yaw = math.atan2(ORDER_CENTER[1], ORDER_CENTER[0])
     point = ORDER_CENTER - STOP_SHORT * np.array([math.cos(yaw), math.sin(yaw)])
-    return Pose(np.array([*point, CARRY_HEIGHT]), tool_rotation(yaw, theta))
+    return Pose(np.array([*point, START_HEIGHT]), tool_rotation(yaw, theta))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""The bin: its walls, what a push goes to in it, and its rim, which neither arm nor hand may hit."""
+"""The bin: its walls, the goals of a push in it, and its rim, which neither arm nor hand may hit."""
 
 import math
 from dataclasses import replace
@@ -47,7 +47,7 @@ def test_the_walls_enclose_the_crates_inner_size_and_nothing_overlaps_it(kind):
 
 
 @pytest.mark.parametrize("kind", ["wall", "corner"])
-def test_the_frame_stands_inside_at_the_support(kind):
+def test_the_frame_is_inside_the_bin_and_touches_the_support(kind):
     layout = layout_of(kind)
     corners = layout.frame_center + 0.5 * layout.frame_size * np.array(list(product((-1, 1), repeat=2)))
     assert corners[:, 0].max() == pytest.approx(WALL_DISTANCE)
@@ -65,7 +65,7 @@ def test_the_first_goal_is_the_one_that_was_asked_for():
     np.testing.assert_allclose(corner.anchor, [WALL_DISTANCE, 0.5 * BIN_INNER[1]])
 
 
-def test_a_lane_lies_where_most_objects_are_within_the_hands_room():
+def test_the_push_line_has_most_objects_before_it_within_its_lateral_range():
     wall = PushGoal("wall", np.array([1.0, 0.0]), 0.0, (-0.03, 0.12))
     heap = np.array([[0.95, 0.08], [0.9, 0.09], [0.9, 0.10], [0.95, -0.15]])
     line, count = wall.best_line(heap, 0.03)
@@ -80,7 +80,7 @@ def test_a_lane_lies_where_most_objects_are_within_the_hands_room():
     assert count == 1
 
 
-def test_a_line_lies_beside_those_that_failed_unless_there_is_only_one():
+def test_a_goal_is_tried_again_beside_its_failed_lines_unless_it_has_one_line_only():
     wall = PushGoal("wall", np.array([1.0, 0.0]), 0.0, (-0.03, 0.12))
     heap = np.array([[0.95, 0.03], [0.9, 0.04], [0.95, 0.05], [0.9, 0.06]])
     first, count = wall.best_line(heap, 0.06)
@@ -95,7 +95,7 @@ def test_a_line_lies_beside_those_that_failed_unless_there_is_only_one():
     assert first.best_line(heap[:1], 0.06, [first])[0].anchor == pytest.approx(first.anchor)
 
 
-def test_the_hand_comes_down_where_the_wrist_clears_the_near_wall():
+def test_the_reach_deficit_is_measured_along_the_push():
     wall, corner, _ = layout_of("wall").goals
     assert wall.reach_deficit(np.array([0.72, 0.1])) == 0.0
     assert wall.reach_deficit(np.array([0.68, 0.1])) == pytest.approx(0.02)
@@ -124,15 +124,15 @@ def test_a_pile_too_near_for_the_wrist_is_out_of_reach():
 
 
 def placed(attempt, part, target):
-    """Put the hand so that the centre of the geom `part` is at `target`; return what is said of the contacts."""
+    """Move the hand so that the centre of the geom `part` is at `target`; return the collision that is found."""
     simulation, plan = attempt.simulation, attempt.plan
     data, hand = simulation.data, Hand.load("rbo_hand2")
     search = StartPosture("wam7", hand.transform_tool_to_flange, layout_of(count=0).transform_base_to_world)
     start = search.solve(plan.start)
     data.qpos[:7] = start
     mujoco.mj_forward(simulation.scene.model, data)
-    way = np.asarray(target) - data.geom_xpos[part]
-    data.qpos[:7] = search.solve(plan.start.moved(way), start)
+    displacement = np.asarray(target) - data.geom_xpos[part]
+    data.qpos[:7] = search.solve(plan.start.moved(displacement), start)
     mujoco.mj_forward(simulation.scene.model, data)
     data.time += 1.0
     return attempt.rims.find_collision(data)
@@ -154,7 +154,7 @@ def test_fingers_may_lean_on_a_wall_but_not_on_its_rim(attempt):
     assert verdict.endswith("at bin_far")
 
 
-def test_the_wrist_has_nothing_to_seek_at_a_wall(attempt):
+def test_the_wrist_may_not_touch_a_wall(attempt):
     sensor = attempt.simulation.scene.model.geom("sensor").id
     verdict = placed(attempt, sensor, [0.7, 0.16, 0.11])
     assert verdict in {f"collision with the bin's rim: {part} at bin_left" for part in ("sensor", "link5", "link6")}

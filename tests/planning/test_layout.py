@@ -21,7 +21,7 @@ def cache(tmp_path, monkeypatch):
     ("length", "distance"), [(0.2, MAX_TOUCH_DISTANCE), (0.31, PUSH_END - 0.31), (0.5, MIN_TOUCH_DISTANCE)]
 )
 @pytest.mark.parametrize("alpha", [0.0, 0.5, -1.2])
-def test_the_arm_stands_on_the_line_of_the_push_and_looks_along_it(kind, length, distance, alpha):
+def test_the_base_is_behind_the_push_line_and_looks_along_it(kind, length, distance, alpha):
     layout = make_layout(SupportConfig(kind=kind), PileConfig(), 0.054)
     direction = np.array([np.cos(alpha), np.sin(alpha)])
     touch = np.array([0.6, -0.1])
@@ -34,7 +34,7 @@ def test_the_arm_stands_on_the_line_of_the_push_and_looks_along_it(kind, length,
     assert placed.walls is layout.walls
 
 
-def test_an_arm_that_is_turned_stands_upright_on_a_tilted_floor():
+def test_a_turned_base_is_upright_on_a_tilted_floor():
     layout = make_layout(SupportConfig(tilt_deg=5.0), PileConfig(), 0.054)
     placed = layout.with_base_behind_push(np.array([0.7, -0.2]), np.array([1.0, 0.0]), np.zeros((0, 2)))
     np.testing.assert_allclose(placed.gravity, layout.gravity, atol=1e-12)
@@ -42,7 +42,7 @@ def test_an_arm_that_is_turned_stands_upright_on_a_tilted_floor():
     np.testing.assert_allclose(base[:, 2], layout.transform_base_to_world.rotation[:, 2], atol=1e-12)
 
 
-def test_the_arm_never_stands_on_an_object():
+def test_the_base_keeps_off_every_object():
     layout = make_layout(SupportConfig(), PileConfig(), 0.054)
     touch, strays = np.array([0.45, 0.0]), np.array([[-0.2, 0.05], [-0.35, -0.1]])
     axis = layout.with_base_behind_push(touch, np.array([0.95, 0.0]), strays).transform_base_to_world.translation[:2]

@@ -61,7 +61,7 @@ def test_the_choice_turns_with_the_push(alpha):
 
 
 @pytest.mark.parametrize("axis", [UP, ACROSS, -UP, -ACROSS])
-def test_a_cylinder_that_can_roll_or_stands_is_preferred(axis):
+def test_a_cylinder_that_can_roll_or_is_upright_is_preferred(axis):
     pile = on_table((0.8, 0.0), (0.8, 0.1), (0.9, 0.0), (0.9, -0.05))
     axes = np.array([ALONG, axis, ALONG, ALONG])
     assert choose(pile, axes=axes) == 1
@@ -97,6 +97,6 @@ def test_the_push_goes_through_the_chosen_object(kind, tmp_path, monkeypatch):
     assert not np.allclose(np.median(offset, axis=0) @ np.array([-direction[1], direction[0]]), 0.0, atol=1e-6)
 
 
-def test_without_objects_there_is_nothing_to_aim_at():
+def test_the_object_based_strategy_needs_an_object():
     with pytest.raises(ConfigurationError, match="count is 0"):
         prepare(load_scenario("push_wall", {"strategy.kind": "object"}), 0)

@@ -13,7 +13,7 @@ from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.objects import objects_of
 
 WALL_CLEARANCE = 0.02
-"""Clearance of the hand to a wall that it passes [m]; hand and arm give way sideways by less."""
+"""Clearance of the hand to a wall that it passes [m]; hand and arm deflect sideways by less."""
 
 POINT = np.array([1.0, -0.02])
 APEX = np.array([CORNER_DISTANCE, 0.0])
@@ -66,8 +66,8 @@ def test_both_sides_of_the_hand_meet_their_walls_at_the_same_time(name, alpha, b
 def test_the_thumb_keeps_clear_of_a_wall_along_the_push(beta):
     outline = turned(Hand.load("rbo_hand2"), 45.0, beta)
     line = center_between_walls(walls("corner"), outline, along(45.0), POINT)
-    for way in (-0.1, 0.0, 0.05):
-        assert gaps(outline, line + way * along(45.0))[1] == pytest.approx(WALL_CLEARANCE)
+    for distance in (-0.1, 0.0, 0.05):
+        assert gaps(outline, line + distance * along(45.0))[1] == pytest.approx(WALL_CLEARANCE)
 
 
 @pytest.mark.parametrize("kind", ["none", "wall"])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pilegrasp_ctrl.planning.hand_use import HandUse
-from pilegrasp_ctrl.planning.strategy import HAND_ROOM, pile_extent, plan_attempt, plan_line
+from pilegrasp_ctrl.planning.strategy import MIN_GAP, pile_extent, plan_attempt, plan_line
 from pilegrasp_ctrl.primitives.primitive import PrimitiveInput, Setpoint
 from pilegrasp_ctrl.sections import LineConfig, StrategyConfig
 from pilegrasp_ctrl.types import Reference
@@ -74,7 +74,7 @@ def test_the_piles_edge_ignores_strays():
 
 def test_a_gap_too_narrow_for_the_hand_belongs_to_the_pile():
     radius, center, push = 0.027, np.zeros(2), X[:2]
-    narrow, wide = (np.array([[0.0, 0.0], [-2.0 * radius - gap, 0.0]]) for gap in (HAND_ROOM - 0.01, HAND_ROOM + 0.01))
-    assert pile_extent(narrow, radius, center, push) == pytest.approx(3.0 * radius + HAND_ROOM - 0.01)
+    narrow, wide = (np.array([[0.0, 0.0], [-2.0 * radius - gap, 0.0]]) for gap in (MIN_GAP - 0.01, MIN_GAP + 0.01))
+    assert pile_extent(narrow, radius, center, push) == pytest.approx(3.0 * radius + MIN_GAP - 0.01)
     assert pile_extent(wide, radius, center, push) == pytest.approx(radius)
-    assert pile_extent(narrow, radius, center, push, room=radius) == pytest.approx(radius)
+    assert pile_extent(narrow, radius, center, push, gap=radius) == pytest.approx(radius)

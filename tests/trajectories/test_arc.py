@@ -111,6 +111,6 @@ def test_no_angle_takes_no_time():
         ({"center": START.translation, "axis": [0.0, 0.0, 1.0]}, "lies on the axis"),
     ],
 )
-def test_an_arc_that_cannot_be_planned_is_refused(arguments, message):
+def test_an_arc_that_cannot_be_planned_is_rejected(arguments, message):
     with pytest.raises(ValueError, match=message):
         Arc(**{"start": START, "center": [0.0, 0.0, 0.0], "axis": [0, 0, 1.0], "angle": 1.0, "speed": 0.1, **arguments})

@@ -62,7 +62,7 @@ def test_it_rests_at_both_ends_and_outside(line):
         assert not line.at(time).acceleration.any()
 
 
-def test_the_turn_ends_where_it_was_asked_to():
+def test_the_tool_turns_by_the_rotation():
     end = LINES["turning"].at(100.0).pose
     np.testing.assert_allclose(pin.log3(end.rotation @ START.rotation.T), [0.0, 0.6, 0.3], atol=1e-12)
 
@@ -123,6 +123,6 @@ def test_no_motion_takes_no_time():
         ({"rotation": [np.inf, 0, 0]}, "rotation.*not finite"),
     ],
 )
-def test_a_motion_that_cannot_be_planned_is_refused(arguments, message):
+def test_a_motion_that_cannot_be_planned_is_rejected(arguments, message):
     with pytest.raises(ValueError, match=message):
         StraightLine(**{"start": START, "displacement": [0.1, 0.0, 0.0], "speed": 0.1, **arguments})
