@@ -39,7 +39,7 @@ ROOMS: tuple[tuple[str, ...], ...] = (
     ("recorder", "episode", "programs"),
     ("viewer",),
     ("study", "tuning", "search", "validation"),
-    ("cli", "scripts", "__init__"),
+    ("cli", "scripts", "__init__", "__main__"),
 )
 """Rooms and files of the package, lowest first: a room imports from its own row and from the rows above it. `scenarios`
 and `robots` are the finders alone; what runs in `scenarios/` belongs to `scripts`."""

@@ -26,7 +26,7 @@ for some, engines in (
     ("sim", {"mujoco", "mink"}),
     ("viewer", {"meshcat"}),
     ("recorder episode programs", {"pinocchio", "mujoco"}),
-    ("study tuning search validation cli scripts __init__", ENGINES),
+    ("study tuning search validation cli scripts __init__ __main__", ENGINES),
 ):
     ENGINES_OF.update(dict.fromkeys(some.split(), engines))
 

@@ -1,14 +1,29 @@
-"""The program itself: what it says without a verb."""
+"""What every verb shares: the program, the common options, where results go, and how progress is shown."""
 
 from __future__ import annotations
 
-from typing import Annotated
+import json
+import sys
+from typing import Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.progress import Progress, ProgressColumn
 
 from ..exceptions import PilegraspError
 from ..provenance import VERSION
-from .options import DebugOption
+
+# Without a metavar the help shows flags as `--json <bool>`, as if they took a value.
+JsonOption = Annotated[bool, typer.Option("--json", metavar="", help="Print one JSON document and nothing else.")]
+DebugOption = Annotated[bool, typer.Option("--debug", metavar="", help="Show the traceback of an error.")]
+ScenarioArgument = Annotated[
+    str, typer.Argument(metavar="NAME|FILE.toml", help="A scenario that `pilegrasp list` shows, or your own file.")
+]
+
+MIN_WIDTH = 60
+"""Narrowest table [characters] (chosen). A narrower terminal wraps the lines itself; no column is cut."""
+FILE_WIDTH = 1000
+"""Width of a table that goes to a file or a program [characters] (chosen): no line is wrapped."""
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="markdown")
 
@@ -27,3 +42,19 @@ def pilegrasp(
         print(VERSION)
     elif context.invoked_subcommand is None:
         raise PilegraspError("no command is given; `pilegrasp --help` lists them")
+
+
+def make_console() -> Console:
+    """Return a console that cuts nothing: a line is a line for a file or a program that reads it."""
+    console = Console()
+    return Console(width=max(console.width, MIN_WIDTH) if console.is_terminal else FILE_WIDTH)
+
+
+def make_progress(*columns: ProgressColumn) -> Progress:
+    """Return progress bars on standard error, which vanish at the end; outside a terminal they show nothing."""
+    return Progress(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty())
+
+
+def print_json(document: Any) -> None:
+    """Print the one document that `--json` promises; a value that is not finite is a defect, not JSON."""
+    print(json.dumps(document, indent=2, allow_nan=False))

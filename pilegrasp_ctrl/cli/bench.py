@@ -15,8 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ..files import check_output
-from .application import app
-from .options import DebugOption, JsonOption, make_console, print_json
+from .application import DebugOption, JsonOption, app, make_console, print_json
 
 if TYPE_CHECKING:
     from ..validation.bench.judgement import Change
@@ -65,7 +64,7 @@ def bench(
 
 @contextmanager
 def _progress() -> Iterator[Callable[[float, str], None]]:
-    """Show the share that is done on standard error; nothing where nobody watches."""
+    """Show the share that is done on standard error; nothing outside a terminal."""
     if not sys.stderr.isatty():
         yield lambda fraction, what: None
         return
@@ -77,8 +76,8 @@ def _progress() -> Iterator[Callable[[float, str], None]]:
     )
     # The bar draws from this thread only: one that woke up by itself would take its time from what is measured.
     with Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False) as bar:
-        task = bar.add_task("", total=1.0)
-        yield lambda fraction, what: bar.update(task, completed=fraction, description=escape(what), refresh=True)
+        line = bar.add_task("", total=1.0)
+        yield lambda fraction, what: bar.update(line, completed=fraction, description=escape(what), refresh=True)
 
 
 def _print_result(console: Console, result: BenchResult) -> None:

@@ -11,8 +11,7 @@ from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ..exceptions import PilegraspError
-from .application import app
-from .options import DebugOption, JsonOption, make_console, make_progress, print_json
+from .application import DebugOption, JsonOption, app, make_console, make_progress, print_json
 
 if TYPE_CHECKING:
     from ..validation.installation import Check
@@ -46,8 +45,8 @@ def _measure() -> list[PhysicsCheck]:
 
     columns = (BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
     with make_progress(*columns) as bar:
-        task = bar.add_task("", total=1.0)
-        return physics_checks(lambda share, name: bar.update(task, completed=share, description=escape(name)))
+        line = bar.add_task("", total=1.0)
+        return physics_checks(lambda share, name: bar.update(line, completed=share, description=escape(name)))
 
 
 def _report(failed: list[str], checks: Sequence[Check | PhysicsCheck], table: Table, as_json: bool) -> None:

@@ -12,8 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 
 from ..exceptions import ExportError
 from ..files import VIEWS, check_output
-from .application import app
-from .options import DebugOption, JsonOption, make_progress, print_json
+from .application import DebugOption, JsonOption, app, make_progress, print_json
 
 MOVIES = (".gif", ".mp4")
 
@@ -95,8 +94,8 @@ def _export_study(folder: Path, output: Path, as_json: bool) -> None:
 
 @contextmanager
 def drawing_progress(path: Path) -> Iterator[Callable[[int, int], None]]:
-    """Show on standard error how many pictures are drawn; nothing where nobody watches."""
+    """Show on standard error how many pictures are drawn; nothing outside a terminal."""
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with make_progress(*columns) as bar:
-        task = bar.add_task(f"drawing {path.name}", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+        line = bar.add_task(f"drawing {path.name}", total=None)
+        yield lambda done, total: bar.update(line, completed=done, total=total)

@@ -9,8 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..exceptions import ConfigurationError
-from .application import app
-from .options import DebugOption, JsonOption, make_console, print_json
+from .application import DebugOption, JsonOption, app, make_console, print_json
 
 
 @app.command("list")

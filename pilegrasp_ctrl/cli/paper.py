@@ -14,9 +14,8 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.table import Table
 
-from .application import app
-from .options import DebugOption, JsonOption, make_console, make_progress, print_json
-from .sweep import JobsOption, SchedulerOption, study_progress, worker_count
+from .application import DebugOption, JsonOption, app, make_console, make_progress, print_json
+from .study_options import JobsOption, SchedulerOption, study_progress, worker_count
 
 if TYPE_CHECKING:
     from ..scenarios.paper.plan import Expected, Work
@@ -157,11 +156,11 @@ def _command(names: list[str] | None, attempts: int | None, first_seed: int, out
 
 @contextmanager
 def _pages() -> Iterator[Callable[[int, int], None]]:
-    """Show how many typical attempts have been recorded; nothing where nobody watches."""
+    """Show how many typical attempts have been recorded; nothing outside a terminal."""
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), MofNCompleteColumn())
     with make_progress(*columns) as bar:
-        task = bar.add_task("recordings", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+        line = bar.add_task("recordings", total=None)
+        yield lambda done, total: bar.update(line, completed=done, total=total)
 
 
 def _print_claims(document: Mapping[str, Any], out: Path) -> None:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..exceptions import ExportError
-from .application import app
+from .application import DebugOption, JsonOption, app, print_json
 from .export import drawing_progress
-from .options import DebugOption, JsonOption, print_json
 
 if TYPE_CHECKING:
     from ..viewer.index import Links

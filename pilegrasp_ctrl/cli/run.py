@@ -14,9 +14,8 @@ from rich.progress import SpinnerColumn, TextColumn
 from rich.table import Table
 
 from ..files import VIEWS, check_output
-from .application import app
+from .application import DebugOption, JsonOption, ScenarioArgument, app, make_console, make_progress, print_json
 from .export import drawing_progress
-from .options import DebugOption, JsonOption, make_console, make_progress, print_json
 
 if TYPE_CHECKING:
     from ..episode import EpisodeResult
@@ -29,10 +28,7 @@ if TYPE_CHECKING:
     "A key that does not exist is answered with those that do.",
 )
 def run_scenario(
-    scenario: Annotated[
-        str,
-        typer.Argument(metavar="NAME|FILE.toml", help="A scenario that `pilegrasp list` shows, or a file of your own."),
-    ],
+    scenario: ScenarioArgument,
     seed: Annotated[int, typer.Option(min=0, metavar="S", help="Seed of the pile and of the sensor's noise.")] = 0,
     settings: Annotated[
         list[str] | None,
@@ -111,10 +107,10 @@ def _live_view(title: str) -> Iterator[LiveView]:
 
 @contextmanager
 def _progress(name: str) -> Iterator[Callable[[float, str], None]]:
-    """Show the simulated time and the primitive while an attempt runs; nothing where nobody watches."""
+    """Show the simulated time and the primitive while an attempt runs; nothing outside a terminal."""
     with make_progress(SpinnerColumn(), TextColumn("{task.description}")) as bar:
-        task = bar.add_task(escape(f"{name}: preparing"))
-        yield lambda time, primitive: bar.update(task, description=escape(f"{name}: {time:.1f} s, {primitive}"))
+        line = bar.add_task(escape(f"{name}: preparing"))
+        yield lambda time, primitive: bar.update(line, description=escape(f"{name}: {time:.1f} s, {primitive}"))
 
 
 def _print_result(result: EpisodeResult, written: list[Path]) -> None:

@@ -16,11 +16,14 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.table import Table
 
 from ..exceptions import ConfigurationError
-from .application import app
-from .options import DebugOption, JsonOption, make_console, make_progress, print_json
+from .application import DebugOption, JsonOption, ScenarioArgument, app, make_console, make_progress, print_json
+from .study_options import parse_seeds
+
+MAX_SEEDS = 1000
+"""Largest number of attempts in a trial (chosen)."""
 
 
-class Kind(StrEnum):
+class Controller(StrEnum):
     """Controllers whose gains can be tuned."""
 
     operational_space = "operational_space"
@@ -32,13 +35,10 @@ class Kind(StrEnum):
     epilog="Run it again with the same options and it does only what is missing; an interrupt loses no finished trial.",
 )
 def tune(
-    scenario: Annotated[
-        str,
-        typer.Argument(metavar="NAME|FILE.toml", help="A scenario that `pilegrasp list` shows, or a file of your own."),
-    ],
+    scenario: ScenarioArgument,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the gains, the trials and the page.")],
     controller: Annotated[
-        Kind | None,
+        Controller | None,
         typer.Option(
             metavar="operational_space|impedance",
             help="Which controller's gains; the scenario's or the hand's own where absent.",
@@ -70,7 +70,11 @@ def tune(
     if controller is not None:
         overrides["controller.kind"] = controller.value
     chosen = load_scenario(scenario, overrides)
-    numbers = _seeds(seeds)
+    numbers = tuple(parse_seeds(seeds))
+    if len(numbers) > MAX_SEEDS:
+        raise ConfigurationError(
+            f"--seeds {seeds!r} asks for {len(numbers)} attempts in each trial; {MAX_SEEDS} are enough"
+        )
 
     from ..tuning.search import check_seeds, plan_search, run_search
 
@@ -96,19 +100,6 @@ def tune(
         _print_result(document)
 
 
-def _seeds(text: str) -> tuple[int, ...]:
-    first, colon, last = text.partition(":")
-    try:
-        numbers = range(int(first), int(last) if colon else int(first) + 1)
-    except ValueError:
-        numbers = range(0)
-    if not numbers or numbers[0] < 0:
-        raise ConfigurationError(f"--seeds {text!r} must be FIRST:LAST, the last one left out, such as 0:3 for 0, 1, 2")
-    if len(numbers) > 1000:
-        raise ConfigurationError(f"--seeds {text!r} asks for {len(numbers)} attempts in each trial; 1000 are enough")
-    return tuple(numbers)
-
-
 def _command(scenario: str, options: Mapping[str, Any], settings: list[str], out: Path) -> str:
     """Return the command that does this again."""
     words = ["pilegrasp", "tune", scenario]
@@ -121,7 +112,7 @@ def _command(scenario: str, options: Mapping[str, Any], settings: list[str], out
 
 @contextmanager
 def _progress(name: str) -> Iterator[Callable[[str, int, int, float | None], None]]:
-    """Show what is done, its rate, the time left and the best so far; nothing where nobody watches."""
+    """Show what is done, its rate, the time left and the best so far; nothing outside a terminal."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),
@@ -131,19 +122,19 @@ def _progress(name: str) -> Iterator[Callable[[str, int, int, float | None], Non
         TextColumn("{task.fields[best]}"),
     )
     with make_progress(*columns) as bar:
-        task = bar.add_task(escape(f"{name}: preparing"), total=None, rate="", best="")
-        stage, best = "", ""
+        line = bar.add_task(escape(f"{name}: preparing"), total=None, rate="", best="")
+        step, best = "", ""
 
         def show(what: str, done: int, total: int, tracking: float | None) -> None:
-            nonlocal stage, best
+            nonlocal step, best
             best = best if tracking is None else f"best {tracking:.3g} mm"
-            if what != stage:
+            if what != step:
                 # `reset` forgets the fields that it is not given.
-                name_and_stage = escape(f"{name}: {what}")
-                bar.reset(task, total=total, completed=done, description=name_and_stage, rate="", best=best)
-                stage = what
+                name_and_step = escape(f"{name}: {what}")
+                bar.reset(line, total=total, completed=done, description=name_and_step, rate="", best=best)
+                step = what
             speed = bar.tasks[0].speed
-            bar.update(task, completed=done, total=total, rate=f"{60.0 * speed:.0f}/min" if speed else "", best=best)
+            bar.update(line, completed=done, total=total, rate=f"{60.0 * speed:.0f}/min" if speed else "", best=best)
 
         yield show
 

@@ -3,7 +3,6 @@
 import json
 import os
 import shutil
-import subprocess
 import sys
 import types
 from pathlib import Path
@@ -11,27 +10,13 @@ from pathlib import Path
 import pytest
 
 import pilegrasp_ctrl
-from pilegrasp_ctrl import cli
+from command_line import JSON_KEYS, answer, one_sentence
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.exceptions import SimulationError
 from pilegrasp_ctrl.provenance import dependencies
 from pilegrasp_ctrl.scenarios import FOLDER, names
 from pilegrasp_ctrl.validation import installation as doctor
-from places import ROOT
 from synthetic_recording import synthetic
-
-JSON_KEYS = {
-    "scenario",
-    "seed",
-    "config_hash",
-    "success",
-    "grasped",
-    "outcomes",
-    "sim_time",
-    "wall_time",
-    "realtime_factor",
-    "controller",
-}
 
 
 class FakeResult:
@@ -82,16 +67,6 @@ def attempts(monkeypatch):
     monkeypatch.setitem(sys.modules, "pilegrasp_ctrl.episode", episode)
     monkeypatch.setattr(pilegrasp_ctrl, "episode", episode, raising=False)
     return calls
-
-
-def answer(capsys, *arguments):
-    status = cli.main([str(argument) for argument in arguments])
-    captured = capsys.readouterr()
-    return status, captured.out, captured.err
-
-
-def one_sentence(text):
-    return text.startswith("error: ") and text.count("\n") == 1 and text.endswith("\n") and "Traceback" not in text
 
 
 def test_list_names_every_scenario(capsys):
@@ -376,81 +351,3 @@ def test_a_missing_browser_is_no_failure(capsys, attempts, monkeypatch):
 
 def test_version(capsys):
     assert answer(capsys, "--version") == (0, f"{pilegrasp_ctrl.__version__}\n", "")
-
-
-def pilegrasp(*arguments, cwd):
-    code = "import sys; from pilegrasp_ctrl.cli import main; sys.exit(main())"
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-c", code, *map(str, arguments)]
-    return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
-
-
-def in_a_shell(line, cwd):
-    """Run a line of a shell in which `pilegrasp` is the command under test; return its status and standard error."""
-    code = "import sys; from pilegrasp_ctrl.cli import main; sys.exit(main())"
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHON": sys.executable, "CODE": code}
-    line = f'pilegrasp() {{ "$PYTHON" -c "$CODE" "$@"; }}; {line}'
-    done = subprocess.run(["bash", "-c", line], cwd=cwd, env=environment, capture_output=True, text=True, check=False)
-    return done.returncode, done.stderr
-
-
-@pytest.mark.parametrize("flags", ["", "--json"])
-def test_a_reader_that_leaves_is_no_error(tmp_path, flags):
-    assert in_a_shell(f"pilegrasp list {flags} | true; exit ${{PIPESTATUS[0]}}", tmp_path) == (cli.READER_LEFT, "")
-
-
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("pilegrasp list >&-", "standard output is closed"),
-        ("pilegrasp list >/dev/full", "standard output cannot be written: No space left on device"),
-        ("pilegrasp list --json >/dev/full", "standard output cannot be written: No space left on device"),
-    ],
-)
-def test_a_result_that_cannot_be_printed_is_an_error(tmp_path, line, words):
-    status, err = in_a_shell(line, tmp_path)
-    assert status == 2
-    assert one_sentence(err)
-    assert words in err
-
-
-def test_a_closed_standard_error_takes_nothing_from_the_result(tmp_path):
-    assert in_a_shell("pilegrasp list --json 2>&- | grep -q spheres_wall", tmp_path)[0] == 0
-    assert in_a_shell('test -z "$(pilegrasp run nope 2>&-)"', tmp_path)[0] == 0
-    assert in_a_shell("pilegrasp run nope 2>&-", tmp_path)[0] == 2
-
-
-@pytest.mark.parametrize(
-    ("scenario", "settings"),
-    [
-        ("free_space_line", ["--set", "line.displacement=[0.0, 0.05, 0.0]"]),
-        ("free_space_line", ["--set", "line.displacement=[0.0, 0.05, 0.0]", "--set", "controller.solver=osqp"]),
-        ("push_wall", []),
-    ],
-)
-def test_a_real_attempt_end_to_end(tmp_path, scenario, settings):
-    done = pilegrasp("run", scenario, *settings, "--json", "--record", "a.npz", "--html", "a.html", cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    facts = json.loads(done.stdout)
-    assert facts.keys() >= JSON_KEYS
-    assert facts["success"] is True
-    assert facts["controller"]["ticks"] > 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.html", "a.npz"]
-    exported = pilegrasp("export", "a.npz", "b.html", cwd=tmp_path)
-    assert exported.returncode == 0, exported.stderr
-    assert (tmp_path / "b.html").read_bytes() == (tmp_path / "a.html").read_bytes()
-
-
-def test_a_real_doctor_finds_nothing_wrong(tmp_path):
-    done = pilegrasp("doctor", "--json", cwd=tmp_path)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert json.loads(done.stdout)["ok"] is True
-
-
-@pytest.mark.parametrize("script", ["grasp_wall.py", "track_line.py"])
-def test_a_script_runs_as_it_stands(tmp_path, script):
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, str(FOLDER / script)]
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout

@@ -8,8 +8,8 @@ import sys
 
 import pytest
 
-from pilegrasp_ctrl import cli
-from pilegrasp_ctrl.cli.sweep import describe, parse_seeds, parse_vary
+from command_line import answer
+from pilegrasp_ctrl.cli.study_options import describe_progress, parse_seeds, parse_vary
 from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.study import run
 from pilegrasp_ctrl.study.attempt import AttemptReport
@@ -42,12 +42,6 @@ def begun(monkeypatch):
     monkeypatch.setattr(run, "run_work_item", run_work_item)
     monkeypatch.setattr(run, "_pool", lambda jobs, scheduler: InlinePool())
     return run_so_far
-
-
-def answer(capsys, *arguments):
-    status = cli.main([str(argument) for argument in arguments])
-    out, err = capsys.readouterr()
-    return status, out, err
 
 
 def test_json_is_a_row_for_each_combination(capsys, begun, tmp_path):
@@ -157,9 +151,9 @@ def test_values_are_toml_or_text():
 
 
 def test_the_bar_tells_rate_time_left_and_running_success(capsys, begun, tmp_path, monkeypatch):
-    assert describe(StudyProgress(100, 10, 0, 9, 0, 0.0)) == "success 90%"
-    assert describe(StudyProgress(100, 10, 30, 38, 2, 60.0)) == "30/min, 0:02:00 left, success 95%, 2 errors"
-    assert describe(StudyProgress(100, 0, 0, 0, 0, 0.0)) == "first attempts"
+    assert describe_progress(StudyProgress(100, 10, 0, 9, 0, 0.0)) == "success 90%"
+    assert describe_progress(StudyProgress(100, 10, 30, 38, 2, 60.0)) == "30/min, 0:02:00 left, success 95%, 2 errors"
+    assert describe_progress(StudyProgress(100, 0, 0, 0, 0, 0.0)) == "first attempts"
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     status, out, _ = answer(capsys, *SWEEP, tmp_path, "--json")
     assert status == 0

@@ -1,0 +1,116 @@
+"""What the verbs that run many attempts share: seeds, varied values, workers, and the bar that shows progress."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+
+from ..exceptions import ConfigurationError
+from .application import make_progress
+
+if TYPE_CHECKING:
+    from ..study.run import StudyProgress
+
+JobsOption = Annotated[
+    int | None, typer.Option("--jobs", min=1, metavar="N", help="Worker processes; one for each core where absent.")
+]
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option("--scheduler", metavar="ADDRESS", help="Use the workers of this dask scheduler instead."),
+]
+
+
+def worker_count(jobs: int | None, scheduler: str | None) -> int:
+    """Return the number of processes on this machine: the number that was asked for, or one for each usable core.
+
+    Raises:
+        ConfigurationError: Workers of a cluster were asked for as well.
+    """
+    if scheduler is not None and jobs is not None:
+        raise ConfigurationError("--jobs is for this machine and --scheduler for a cluster; leave out one of the two")
+    if jobs is not None:
+        return jobs
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def parse_seeds(text: str) -> range:
+    """Read `FIRST:LAST`, the last one left out, or one number.
+
+    Raises:
+        ConfigurationError: The text has another form, or names no seed.
+    """
+    first, colon, last = text.partition(":")
+    try:
+        seeds = range(int(first), int(last) if colon else int(first) + 1)
+    except ValueError:
+        seeds = range(0)
+    if not seeds or seeds[0] < 0:
+        raise ConfigurationError(f"--seeds {text!r} must be FIRST:LAST, the last one left out, such as 0:3 for 0, 1, 2")
+    return seeds
+
+
+def parse_vary(texts: Iterable[str]) -> dict[str, list[Any]]:
+    """Read `key=a,b,c` texts; the values are TOML if they parse as TOML, and bare strings otherwise.
+
+    Raises:
+        ConfigurationError: A text has no `=`, no key or no value, or a key comes twice.
+    """
+    found: dict[str, list[Any]] = {}
+    for text in texts:
+        key, separator, values = (part.strip() for part in text.partition("="))
+        if not separator or not key or not values:
+            raise ConfigurationError(f"--vary {text!r} is not of the form key=a,b,c, as in --vary pile.count=5,10,20")
+        if key in found:
+            raise ConfigurationError(f"--vary {key} is given twice; put all its values behind one")
+        found[key] = _values(values)
+    return found
+
+
+def _values(text: str) -> list[Any]:
+    try:
+        return list(tomllib.loads(f"values = [{text}]")["values"])
+    except tomllib.TOMLDecodeError:
+        return [_value(part.strip()) for part in text.split(",")]
+
+
+def _value(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+@contextmanager
+def study_progress(name: str) -> Iterator[Callable[[StudyProgress], None]]:
+    """Show the attempts that are done, their rate, the time left and the success so far; nothing outside a terminal."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[state]}"),
+    )
+    with make_progress(*columns) as bar:
+        line = bar.add_task(escape(name), total=None, state="preparing")
+        yield lambda study: bar.update(line, completed=study.done, total=study.total, state=describe_progress(study))
+
+
+def describe_progress(study: StudyProgress) -> str:
+    """Return rate, time left and success so far as one line."""
+    parts = []
+    if study.seconds_left is not None:
+        parts.append(f"{60.0 * study.rate:.3g}/min")
+        minutes, seconds = divmod(round(study.seconds_left), 60)
+        hours, minutes = divmod(minutes, 60)
+        parts.append(f"{hours}:{minutes:02}:{seconds:02} left")
+    if study.done:
+        parts.append(f"success {study.successes / study.done:.0%}")
+    if study.errors:
+        parts.append(f"{study.errors} errors")
+    return ", ".join(parts) or "first attempts"
