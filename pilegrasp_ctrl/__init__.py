@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from .control.disturbance_observer import DisturbanceObserver as DisturbanceObserver
     from .control.impedance import ImpedanceController as ImpedanceController
     from .control.operational_space import OperationalSpaceController as OperationalSpaceController
-    from .episode import EpisodeResult as EpisodeResult
     from .episode import run as run
     from .exceptions import ConfigurationError as ConfigurationError
     from .exceptions import ExportError as ExportError
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
     from .plant.step_response import StepResponse as StepResponse
     from .plant.step_response import step_response as step_response
     from .primitives.primitive import Primitive as Primitive
+    from .programs.result import EpisodeResult as EpisodeResult
     from .recording import Recording as Recording
     from .study.run import run_study as run_study
     from .tasks.gains import Impedance as Impedance
@@ -58,7 +58,7 @@ _MODULES = {
     "ContactImpedanceController": "control.contact_impedance",
     "ControllerOutput": "types",
     "DisturbanceObserver": "control.disturbance_observer",
-    "EpisodeResult": "episode",
+    "EpisodeResult": "programs.result",
     "ExportError": "exceptions",
     "FrequencyResponse": "plant.frequency_response",
     "Impedance": "tasks.gains",

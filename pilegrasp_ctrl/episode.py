@@ -1,4 +1,4 @@
-"""The one closed loop: observation, reference, torque, physics; and what came of it."""
+"""The one closed loop: observation, setpoint, torque, physics."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,85 +20,32 @@ from .exceptions import ConfigurationError
 from .planning.strategy import Plan
 from .primitives.primitive import ActivePrimitive, Ending, Primitive, PrimitiveInput, Setpoint
 from .programs.attempt import Attempt, prepare
-from .programs.pick_order import BinState, PickAttempt
+from .programs.pick_order import BinState
+from .programs.result import EpisodeResult
 from .provenance import versions
 from .recorder import Recorder
 from .sim.monitors import Watchdog
 from .sim.readout import FrameFeed, Observer
-from .types import Array, Observation, Outcome, Reference
-
-if TYPE_CHECKING:
-    from .recording import Recording
+from .types import Observation, Outcome, Reference
 
 Progress = Callable[[float, str], None]
+"""Called with the simulated time [s] and the primitive's name."""
+
+LOOP_PARTS = ("observe", "state", "primitive", "control", "record", "step", "check")
+"""Parts of a control period, in their order: sensors; terms of the arm; events and setpoint of the primitive; torque;
+recording and frames; physics; watchdog, saturation and rims."""
+
+LoopObserver = Callable[[str], None]
+"""Called with the name of each part of a control period when the part is done."""
+
 PROGRESS_PERIOD = 0.1
-STAND_STILL = 0.5
+"""Simulated time between two calls of the progress function [s]."""
+
+SETTLING_TIME = 0.5
+"""Time for which the arm holds its start pose before the first primitive [s]; fingers and sensor settle."""
+
 TIME_LIMIT = 60.0
-"""No attempt takes longer than this, each one of an order counted [s]."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class EpisodeResult:
-    """What came of an attempt.
-
-    Attributes:
-        scenario: its name.
-        seed: of pile and sensor noise.
-        config_hash: of everything that physics and control depend on.
-        success: whether the attempt did what it was for: an object held, or the motion completed.
-        grasped: number of objects held after lift and hold.
-        reason: why it ended without success, or "".
-        outcomes: one for each primitive that began.
-        attempts: of an order; else empty.
-        sim_time: simulated seconds.
-        wall_time: seconds that the loop took on the wall clock, without those that its observer took.
-        tick_times: (n,) seconds of each control tick, state to torque.
-        limited_ticks: in how many of them a limit was active.
-        fallback_ticks: in how many of them the solver failed and the arm was only held.
-        packing_density: of the pile in its frame [-], as `Pile` says; 0 for no objects.
-        recording: where one was asked for.
-    """
-
-    scenario: str
-    seed: int
-    config_hash: str
-    success: bool
-    grasped: int
-    reason: str
-    outcomes: tuple[Outcome, ...]
-    sim_time: float
-    wall_time: float
-    tick_times: Array
-    limited_ticks: int
-    fallback_ticks: int
-    packing_density: float
-    attempts: tuple[PickAttempt, ...] = ()
-    recording: Recording | None = field(default=None, repr=False)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return plain JSON values, as `pilegrasp run --json` prints them."""
-        median, p99 = 1e6 * np.percentile(self.tick_times, [50.0, 99.0])
-        return {
-            "scenario": self.scenario,
-            "seed": self.seed,
-            "config_hash": self.config_hash,
-            "success": self.success,
-            "grasped": self.grasped,
-            "reason": self.reason,
-            "outcomes": [outcome.as_dict() for outcome in self.outcomes],
-            **({"attempts": [attempt.as_dict() for attempt in self.attempts]} if self.attempts else {}),
-            "packing_density": self.packing_density,
-            "sim_time": self.sim_time,
-            "wall_time": self.wall_time,
-            "realtime_factor": self.sim_time / self.wall_time,
-            "controller": {
-                "ticks": len(self.tick_times),
-                "median_us": float(median),
-                "p99_us": float(p99),
-                "limited": self.limited_ticks,
-                "fallbacks": self.fallback_ticks,
-            },
-        }
+"""Longest simulated time of an attempt, and of each attempt of an order [s]."""
 
 
 def run(
@@ -110,20 +57,20 @@ def run(
     progress: Progress | None = None,
     on_frame: Observer | None = None,
 ) -> EpisodeResult:
-    """Carry out one attempt: build, settle, approach, push, grasp, lift, judge.
+    """Run one attempt: build the scene, let the pile settle, approach, push, grasp, lift, judge.
 
     Args:
-        scenario: a name that ships, a TOML file, or a `Scenario`.
-        seed: of the pile and of the sensor's noise, not negative.
-        record: whether to keep a recording.
-        overrides: dotted keys and values on top of a named scenario or a file.
-        progress: called with the simulated time [s] and the primitive's name while the attempt runs.
-        on_frame: called at the times of a recording's frames and at the end of each primitive; it may take its time,
-            as the simulation waits, and changes nothing.
+        scenario: Name of a scenario that ships, a TOML file, or a `Scenario`.
+        seed: Seed of the pile and of the sensor's noise, not negative.
+        record: Whether to keep a recording.
+        overrides: Dotted keys and values on top of a named scenario or a file.
+        progress: Function that is called with the simulated time [s] and the primitive's name while the attempt runs.
+        on_frame: Function that is called at the times of a recording's frames and at the end of each primitive. The
+            simulation waits for it; it changes nothing.
 
     Raises:
-        PilegraspError: one sentence, where the scenario cannot be used, a pose is out of reach, the pile does not
-            settle, or the simulation leaves the range in which it can be believed.
+        PilegraspError: The scenario cannot be used, a pose is out of reach, the pile does not settle, or the simulation
+            leaves the range in which it can be believed.
     """
     if isinstance(scenario, Scenario):
         if overrides:
@@ -136,19 +83,36 @@ def run(
 
 
 def run_attempt(
-    attempt: Attempt, *, record: bool = False, progress: Progress | None = None, on_frame: Observer | None = None
+    attempt: Attempt,
+    *,
+    record: bool = False,
+    progress: Progress | None = None,
+    on_frame: Observer | None = None,
+    on_part: LoopObserver | None = None,
 ) -> EpisodeResult:
-    """Run a prepared attempt, once; the arguments are those of `run`.
+    """Run a prepared attempt, once.
+
+    Args:
+        attempt: Attempt that `prepare` returned.
+        record: Whether to keep a recording.
+        progress: As for `run`.
+        on_frame: As for `run`.
+        on_part: Function that is called after each of `LOOP_PARTS` in every control period, for example with a clock.
+            It may read `attempt.simulation`; it changes nothing.
 
     Raises:
-        SimulationError: where the simulation leaves the range in which it can be believed.
+        SimulationError: The simulation leaves the range in which it can be believed.
     """
-    return _Loop(attempt, record, progress, on_frame).run()
+    return _Loop(attempt, record, progress, on_frame, on_part or _nothing).run()
+
+
+def _nothing(part: str) -> None:
+    """Observe nothing."""
 
 
 @contextmanager
 def _no_garbage_collection() -> Iterator[None]:
-    """Keep the collector out of the ticks; the loop makes no cycles, and a full collection takes several periods."""
+    """Pause the garbage collector: the loop makes no cycles, and a full collection takes several control periods."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -159,12 +123,17 @@ def _no_garbage_collection() -> Iterator[None]:
 
 
 class _Loop:
-    """The state that one attempt needs while it runs."""
+    """State of one attempt while it runs."""
 
     def __init__(
-        self, attempt: Attempt, record: bool, progress: Progress | None, on_frame: Observer | None = None
+        self,
+        attempt: Attempt,
+        record: bool,
+        progress: Progress | None,
+        on_frame: Observer | None,
+        on_part: LoopObserver,
     ) -> None:
-        self._attempt, self._progress = attempt, progress
+        self._attempt, self._progress, self._done = attempt, progress, on_part
         label = f"{attempt.scenario.config_hash()}-{attempt.seed}"
         self._watchdog = Watchdog(label)
         self._saturation = SaturationMonitor(attempt.period)
@@ -184,7 +153,7 @@ class _Loop:
         attempt = self._attempt
         start = time.perf_counter()
         with _no_garbage_collection():
-            self._stand_still()
+            self._settle()
             if attempt.order:
                 outcomes, reason = attempt.order.fill(self._bin_state, self._begin, self._run_primitives)
             else:
@@ -213,7 +182,7 @@ class _Loop:
         return replace(result, recording=self._recorder.finish(_meta(attempt, result))) if self._recorder else result
 
     def _run_primitives(self, primitives: Sequence[Primitive], withdrawing: bool = False) -> list[Outcome]:
-        """Carry out primitives until one fails; an arm that is withdrawn after a failure is not failed for it again."""
+        """Run primitives until one fails. While the arm is withdrawn, the fault before it does not count again."""
         self._withdrawing = withdrawing
         outcomes: list[Outcome] = []
         for primitive in primitives:
@@ -224,7 +193,7 @@ class _Loop:
         return outcomes
 
     def _begin(self, plan: Plan) -> None:
-        """Make ready for an attempt of an order; the hand is empty and at rest."""
+        """Prepare for an attempt of an order; the hand is empty and at rest."""
         simulation = self._attempt.simulation
         self._begun = float(simulation.data.time)
         self._saturation = SaturationMonitor(self._attempt.period)
@@ -240,32 +209,39 @@ class _Loop:
         tool = self._attempt.arm.update(q, np.zeros(self._attempt.arm.nv)).pose.translation
         return BinState(poses, tool, q, float(simulation.data.time))
 
-    def _stand_still(self) -> None:
-        """Hold the start pose until fingers, friction and the sensor's filter have come to rest, then tare."""
-        attempt, simulation = self._attempt, self._attempt.simulation
+    def _settle(self) -> None:
+        """Hold the start pose until fingers, friction and the sensor's filter have settled, then tare."""
+        attempt, simulation, done = self._attempt, self._attempt.simulation, self._done
         self._torque = attempt.arm.update(simulation.observe().q, np.zeros(attempt.arm.nv)).h
         simulation.apply(self._torque, self._setpoint.closure)
-        for _ in range(round(STAND_STILL / attempt.period)):
+        for _ in range(round(SETTLING_TIME / attempt.period)):
             simulation.step()
+            done("step")
             self._watchdog.check(simulation.data)
+            done("check")
             observation = simulation.observe()
+            done("observe")
             state = attempt.arm.update(observation.q, observation.v)
+            done("state")
             # Nothing touches the hand, and a reading before the tare holds the sensor's offset.
             unloaded = Observation(observation.time, observation.q, observation.v)
             self._torque = attempt.control(unloaded, self._setpoint, state).command.torque
             simulation.apply(self._torque, self._setpoint.closure)
+            done("control")
         self._overload = observation.saturated
         simulation.tare()
 
     def _run_primitive(self, primitive: Primitive) -> Outcome:
-        attempt, simulation, arm = self._attempt, self._attempt.simulation, self._attempt.arm
+        attempt, simulation, arm, done = self._attempt, self._attempt.simulation, self._attempt.arm, self._done
         active: ActivePrimitive | None = None
         travel = peak = 0.0
-        lasting = ""
+        lasting: str | None = None
         while True:
             observation = simulation.observe()
+            done("observe")
             tick = time.perf_counter()
             state = arm.update(observation.q, observation.v)
+            done("state")
             inputs = PrimitiveInput(observation.time, state.pose, observation.wrench)
             if active is None:
                 active, begun, last = primitive.begin(inputs, self._setpoint), inputs, inputs
@@ -276,40 +252,45 @@ class _Loop:
             ending = active.ending(inputs)
             overload = self._overload or observation.saturated
             if overload and not self._withdrawing:
-                # A reading held at the sensor's range is no event, whatever it crossed on its way there.
+                # A reading at the end of the sensor's range is no event, whichever threshold it crossed on its way.
                 ending = Ending(f"wrist sensor saturated: {overload}", failed=True)
             late = inputs.time - self._begun > TIME_LIMIT and not self._withdrawing
             if ending is None and (lasting or late):
                 ending = Ending(lasting or f"time limit of {TIME_LIMIT:.0f} s", failed=True)
             if ending is not None:
                 if self._recorder:
-                    # What ended the primitive belongs into the curves.
+                    # The curves show what ended the primitive.
                     self._recorder.sample(observation, state, self._setpoint, self._torque, self._zero, always=True)
                 if self._frames:
                     self._frames.show(observation.time, primitive.name, always=True)
                 status = "failed" if ending.failed else "ended"
                 return Outcome(primitive.name, status, ending.trigger, begun.time, inputs.time, travel, peak)
             self._setpoint = active.setpoint(inputs)
+            done("primitive")
             output = attempt.control(observation, self._setpoint, state)
             self._ticks.append(time.perf_counter() - tick)
             self._torque = output.command.torque
             self._limited += bool(output.active_limits)
             self._fallbacks += bool(output.fallback)
+            simulation.apply(self._torque, self._setpoint.closure)
+            done("control")
             if self._recorder:
                 self._recorder.sample(observation, state, self._setpoint, self._torque, self._zero)
             if self._frames:
                 self._frames.show(observation.time, primitive.name)
-            simulation.apply(self._torque, self._setpoint.closure)
+            done("record")
             simulation.step()
+            done("step")
             self._watchdog.check(simulation.data)
             if not self._withdrawing:
-                lasting = self._saturation.update(output) or attempt.rims.find_collision(simulation.data) or ""
+                lasting = self._saturation.update(output) or attempt.rims.find_collision(simulation.data)
             if self._progress and observation.time >= self._next_progress:
                 self._next_progress = observation.time + PROGRESS_PERIOD
                 self._progress(observation.time, primitive.name)
+            done("check")
 
     def _judge(self, outcomes: list[Outcome]) -> tuple[int, str]:
-        """Return the number of objects held and why the attempt did not succeed, or ""."""
+        """Return the number of objects held, and why the attempt did not succeed; "" after a success."""
         attempt = self._attempt
         if outcomes[-1].status == "failed":
             return 0, f"{outcomes[-1].name}: {outcomes[-1].trigger}"

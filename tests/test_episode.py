@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from pilegrasp_ctrl.config import load_scenario
-from pilegrasp_ctrl.episode import run
+from pilegrasp_ctrl.episode import LOOP_PARTS, run, run_attempt
 from pilegrasp_ctrl.exceptions import ConfigurationError, PileError, SimulationError, UnreachablePoseError
+from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.robots import description, path
 from pilegrasp_ctrl.sim import monitors
@@ -391,3 +392,15 @@ def test_the_collector_is_off_while_the_arm_moves_and_on_afterwards(monkeypatch)
     run("push_wall")
     assert not any(states)
     assert gc.isenabled()
+
+
+def test_an_observer_of_the_loop_is_told_each_part_and_changes_nothing(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    scenario, told = load_scenario("free_space_line", {"line.displacement": [0.0, 0.03, 0.0]}), []
+    plain = run_attempt(prepare(scenario, 0))
+    seen = run_attempt(prepare(scenario, 0), on_part=told.append)
+    assert seen.outcomes == plain.outcomes
+    assert set(told) == set(LOOP_PARTS)
+    assert told.count("step") == told.count("check") == told.count("control")
+    first = told.index("primitive") - 2
+    assert told[first : first + len(LOOP_PARTS)] == list(LOOP_PARTS)

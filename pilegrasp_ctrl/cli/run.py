@@ -18,7 +18,7 @@ from .application import DebugOption, JsonOption, ScenarioArgument, app, make_co
 from .export import drawing_progress
 
 if TYPE_CHECKING:
-    from ..episode import EpisodeResult
+    from ..programs.result import EpisodeResult
     from ..viewer.live import LiveView
 
 

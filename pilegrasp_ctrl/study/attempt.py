@@ -18,7 +18,7 @@ from ..exceptions import ConfigurationError, PilegraspError
 from .origins import check_origins
 
 if TYPE_CHECKING:
-    from ..episode import EpisodeResult
+    from ..programs.result import EpisodeResult
     from ..recording import Recording
 
 Measure = Callable[["Recording"], Mapping[str, Any]]

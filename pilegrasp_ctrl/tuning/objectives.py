@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..config import Scenario
-from ..episode import EpisodeResult
 from ..exceptions import PilegraspError
+from ..programs.result import EpisodeResult
 from ..recording import Recording
 from ..types import Array, Outcome
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from time import perf_counter, thread_time
 from typing import Any, NamedTuple
 
@@ -11,10 +10,9 @@ import mujoco
 import numpy as np
 
 from ...config import load_scenario
-from ...episode import _Loop
-from ...programs.attempt import prepare
-from ...sim.backend import Simulation
-from ...types import Array, Observation
+from ...episode import run_attempt
+from ...programs.attempt import Attempt, prepare
+from ...types import Array
 from .result import LoopRow
 
 CHUNK = 50
@@ -40,18 +38,18 @@ class Chunk(NamedTuple):
     same: bool
 
 
-class MeteredSimulation(Simulation):
-    """A simulation that times the loop around it, and replays every chunk of commands without the loop.
+class LoopMeter:
+    """An observer of the loop that times it, and replays every chunk of commands without the loop.
 
     The replay starts from the state at the chunk's start and has its own data, so it does not disturb the loop. The
     time of the replay and of the bookkeeping is not counted. Loop and replay are timed by the processor time of the
     thread, in which other programs do not count.
     """
 
-    def __init__(self, inner: Simulation) -> None:
-        """Take the place of `inner`, and use its data and sensor from now on."""
-        vars(self).update(vars(inner))
-        self._model = self.scene.model
+    def __init__(self, attempt: Attempt) -> None:
+        """Begin at the present state of a prepared attempt."""
+        self._data, self._model = attempt.simulation.data, attempt.simulation.scene.model
+        self._steps = round(attempt.period / self._model.opt.timestep)
         self._twin = mujoco.MjData(self._model)
         self._signature = mujoco.mjtState.mjSTATE_INTEGRATION
         self._state, self._after = (np.empty(mujoco.mj_stateSize(self._model, self._signature)) for _ in range(2))
@@ -61,29 +59,22 @@ class MeteredSimulation(Simulation):
         self._observed = perf_counter()
         self._open()
 
-    def observe(self) -> Observation:
-        """Close the chunk if it is full."""
-        if len(self._commands) == CHUNK:
+    def __call__(self, part: str) -> None:
+        """Note a part of a control period that is done."""
+        if part == "observe":
+            self._observed = perf_counter()
+        elif part == "control":
+            self._controls.append(perf_counter() - self._observed)
+        elif part == "step":
+            start = thread_time()
+            self._commands.append(self._data.ctrl.copy())
+            self._bookkeeping += thread_time() - start
+        elif part == "check" and len(self._commands) == CHUNK:
             self._close()
-        observation = super().observe()
-        self._observed = perf_counter()
-        return observation
-
-    def apply(self, torque: Array, closure: float) -> None:
-        """Set the command."""
-        self._controls.append(perf_counter() - self._observed)
-        super().apply(torque, closure)
-
-    def step(self) -> None:
-        """Advance by one control period, and keep the command."""
-        start = perf_counter()
-        self._commands.append(self.data.ctrl.copy())
-        self._bookkeeping += perf_counter() - start
-        super().step()
 
     def _open(self) -> None:
-        mujoco.mj_getState(self._model, self.data, self._state, self._signature)
-        self._start, self._bookkeeping = float(self.data.time), 0.0
+        mujoco.mj_getState(self._model, self._data, self._state, self._signature)
+        self._start, self._bookkeeping = float(self._data.time), 0.0
         self._commands.clear()
         self._controls.clear()
         self._begun = thread_time()
@@ -105,7 +96,7 @@ class MeteredSimulation(Simulation):
             for _ in steps:
                 mujoco.mj_step(model, twin)
         bare = thread_time() - begun
-        mujoco.mj_getState(model, self.data, self._state, self._signature)
+        mujoco.mj_getState(model, self._data, self._state, self._signature)
         mujoco.mj_getState(model, twin, self._after, self._signature)
         return bare, bool(np.array_equal(self._state, self._after))
 
@@ -149,11 +140,11 @@ def time_loop(
     period = np.nan
     for seed in seeds:
         attempt = prepare(chosen, seed)
-        simulation, period = MeteredSimulation(attempt.simulation), attempt.period
-        result = _Loop(replace(attempt, simulation=simulation), False, None).run()
+        meter, period = LoopMeter(attempt), attempt.period
+        result = run_attempt(attempt, on_part=meter)
         pushes = [(outcome.start, outcome.end) for outcome in result.outcomes if outcome.name == "push"]
         length = CHUNK * period
-        for chunk in simulation.chunks:
+        for chunk in meter.chunks:
             chunks.append(chunk)
             push.append(any(start <= chunk.start and chunk.start + length <= end for start, end in pushes))
         done()

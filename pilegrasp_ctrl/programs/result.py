@@ -1,0 +1,81 @@
+"""The result of an attempt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..recording import Recording
+from ..types import Array, Outcome
+from .pick_order import PickAttempt
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class EpisodeResult:
+    """Result of an attempt.
+
+    Attributes:
+        scenario: Name of the scenario.
+        seed: Seed of pile and sensor noise.
+        config_hash: Hash of everything in the scenario that physics and control depend on.
+        success: Whether the attempt held an object, or completed its motion if it has no grasp.
+        grasped: Number of objects held after lift and hold.
+        reason: Why the attempt ended without success; "" after a success.
+        outcomes: Outcome of each primitive that began.
+        sim_time: Simulated time [s].
+        wall_time: Wall-clock time of the loop without its observers [s].
+        tick_times: (n,) duration of each control tick, from the state to the torque [s].
+        limited_ticks: Number of ticks with an active limit.
+        fallback_ticks: Number of ticks in which the solver failed and the arm was only held.
+        packing_density: Packing density of the pile in its frame [-]; 0 without objects.
+        attempts: Attempts of an order; empty for other programs.
+        recording: Recording, if one was asked for.
+    """
+
+    scenario: str
+    seed: int
+    config_hash: str
+    success: bool
+    grasped: int
+    reason: str
+    outcomes: tuple[Outcome, ...]
+    sim_time: float
+    wall_time: float
+    tick_times: Array
+    limited_ticks: int
+    fallback_ticks: int
+    packing_density: float
+    attempts: tuple[PickAttempt, ...] = ()
+    recording: Recording | None = field(default=None, repr=False)
+
+    def __repr__(self) -> str:
+        """Return one line."""
+        verdict = f"{self.grasped} held" if self.grasped else "success" if self.success else self.reason
+        return f"EpisodeResult({self.scenario!r}, seed={self.seed}, {verdict!r}, sim_time={self.sim_time:.1f} s)"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain JSON values, as `pilegrasp run --json` prints them."""
+        median, p99 = 1e6 * np.percentile(self.tick_times, [50.0, 99.0])
+        return {
+            "scenario": self.scenario,
+            "seed": self.seed,
+            "config_hash": self.config_hash,
+            "success": self.success,
+            "grasped": self.grasped,
+            "reason": self.reason,
+            "outcomes": [outcome.as_dict() for outcome in self.outcomes],
+            **({"attempts": [attempt.as_dict() for attempt in self.attempts]} if self.attempts else {}),
+            "packing_density": self.packing_density,
+            "sim_time": self.sim_time,
+            "wall_time": self.wall_time,
+            "realtime_factor": self.sim_time / self.wall_time,
+            "controller": {
+                "ticks": len(self.tick_times),
+                "median_us": float(median),
+                "p99_us": float(p99),
+                "limited": self.limited_ticks,
+                "fallbacks": self.fallback_ticks,
+            },
+        }
