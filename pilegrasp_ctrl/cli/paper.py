@@ -18,7 +18,7 @@ from .application import DebugOption, JsonOption, app, make_console, make_progre
 from .study_options import JobsOption, SchedulerOption, study_progress, worker_count
 
 if TYPE_CHECKING:
-    from ..scenarios.paper.plan import Expected, Work
+    from ..scenarios.paper.plan import PlannedCondition, Remaining
 
 JUDGING = 10_000
 """Seeds from here on are for judging; whoever tunes uses others."""
@@ -65,25 +65,24 @@ def paper(
     """Carry out the paper's experiments and judge its claims: claims.json, index.html, figures, recordings."""
     workers = worker_count(jobs, scheduler)
 
-    from ..scenarios.paper import NAMES, experiment
-    from ..scenarios.paper.plan import plan
+    from ..scenarios.paper.plan import EXPERIMENTS, find_experiment, plan
 
-    chosen = [experiment(name) for name in (NAMES if not names or "all" in names else dict.fromkeys(names))]
-    work = plan(chosen, attempts)
-    expected = _expected(work, seeds_from, out)
-    print(_describe(expected, len(work), None if scheduler else workers), file=sys.stderr, flush=True)
+    wanted = EXPERIMENTS if not names or "all" in names else dict.fromkeys(names)
+    planned = plan(map(find_experiment, wanted), attempts)
+    remaining = _remaining(planned, seeds_from, out)
+    print(_describe(remaining, len(planned), None if scheduler else workers), file=sys.stderr, flush=True)
     if dry_run:
         if as_json:
-            print_json(_costs(work, expected))
+            print_json(_costs(planned, remaining))
         else:
-            _print_costs(work)
+            _print_costs(planned)
         return
 
     from ..scenarios.paper.run import run_paper, write_results
 
     with study_progress("paper") as progress:
         try:
-            store = run_paper(work, out, seeds_from, jobs=workers, scheduler=scheduler, progress=progress)
+            store = run_paper(planned, out, seeds_from, jobs=workers, scheduler=scheduler, progress=progress)
         except KeyboardInterrupt:
             print(f"stopped; what is finished is kept in {out}, and the same command does the rest", file=sys.stderr)
             raise
@@ -96,39 +95,39 @@ def paper(
         _print_claims(document, out)
 
 
-def _expected(work: list[Work], first_seed: int, out: Path) -> Expected:
-    from ..scenarios.paper.plan import expect
+def _remaining(planned: list[PlannedCondition], first_seed: int, out: Path) -> Remaining:
+    from ..scenarios.paper.plan import count_remaining
     from ..study.store import FILE, StudyStore
 
     if not (out / FILE).is_file():
-        return expect(work, first_seed, None)
+        return count_remaining(planned, first_seed)
     with StudyStore(out) as store:
-        return expect(work, first_seed, store)
+        return count_remaining(planned, first_seed, store)
 
 
-def _describe(expected: Expected, conditions: int, workers: int | None) -> str:
-    text = f"{expected.attempts} attempts at {conditions} conditions, {expected.missing} of them missing"
-    if not expected.missing:
+def _describe(remaining: Remaining, conditions: int, workers: int | None) -> str:
+    text = f"{remaining.attempts} attempts at {conditions} conditions, {remaining.missing} of them missing"
+    if not remaining.missing:
         return text
-    text += f": about {expected.seconds / 60.0:.0f} min of processor time"
-    return text if workers is None else f"{text}, {expected.seconds / 60.0 / workers:.0f} min on {workers} processes"
+    text += f": about {remaining.seconds / 60.0:.0f} min of processor time"
+    return text if workers is None else f"{text}, {remaining.seconds / 60.0 / workers:.0f} min on {workers} processes"
 
 
-def _by_experiment(work: list[Work]) -> dict[str, tuple[int, int, float]]:
+def _by_experiment(planned: list[PlannedCondition]) -> dict[str, tuple[int, int, float]]:
     """Return conditions, attempts and processor seconds of each experiment; a shared condition counts for the first."""
     found: dict[str, tuple[int, int, float]] = {}
-    for part in work:
+    for part in planned:
         conditions, attempts, seconds = found.get(part.experiment, (0, 0, 0.0))
         found[part.experiment] = (conditions + 1, attempts + part.attempts, seconds + part.attempts * part.cost())
     return found
 
 
-def _costs(work: list[Work], expected: Expected) -> dict[str, Any]:
-    rows = _by_experiment(work)
+def _costs(planned: list[PlannedCondition], remaining: Remaining) -> dict[str, Any]:
+    rows = _by_experiment(planned)
     return {
-        "attempts": expected.attempts,
-        "missing": expected.missing,
-        "processor_seconds": expected.seconds,
+        "attempts": remaining.attempts,
+        "missing": remaining.missing,
+        "processor_seconds": remaining.seconds,
         "experiments": {
             name: {"conditions": conditions, "attempts": attempts, "processor_seconds": seconds}
             for name, (conditions, attempts, seconds) in rows.items()
@@ -136,12 +135,12 @@ def _costs(work: list[Work], expected: Expected) -> dict[str, Any]:
     }
 
 
-def _print_costs(work: list[Work]) -> None:
+def _print_costs(planned: list[PlannedCondition]) -> None:
     table = Table(box=None, pad_edge=False)
     table.add_column("experiment")
     for column in ("conditions", "attempts", "processor time"):
         table.add_column(column, justify="right")
-    for name, (conditions, attempts, seconds) in _by_experiment(work).items():
+    for name, (conditions, attempts, seconds) in _by_experiment(planned).items():
         table.add_row(escape(name), str(conditions), str(attempts), f"{seconds / 60.0:.1f} min")
     make_console().print(table)
 

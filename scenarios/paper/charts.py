@@ -1,24 +1,58 @@
-"""Pieces of the figures: rates with intervals, violins, and drawings as files or as parts of a page."""
+"""Pieces of the figures: colours, panels, rates with intervals, violins and legends."""
 
 from __future__ import annotations
 
-import io
-import re
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
+from contextlib import AbstractContextManager
+from dataclasses import asdict, dataclass
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
-from pilegrasp_ctrl.scenarios.paper.experiment import Experiment
-from pilegrasp_ctrl.scenarios.paper.palette import LIGHT, NAMED, Palette
-from pilegrasp_ctrl.scenarios.paper.sample import Sample
+from pilegrasp_ctrl.scenarios.paper.evidence import Sample
+from pilegrasp_ctrl.study.charts import figure_style, page_colours
 
 HEIGHT = 3.0
-"""Of a figure [in]."""
+"""Height of every figure [in]; chosen."""
+
+
+@dataclass(frozen=True, slots=True)
+class Palette:
+    """Colours by what they mean.
+
+    Attributes:
+        ink: Titles and legends.
+        soft: Labels of axes.
+        rule: Axes and grid.
+        first: First series: blue, as in the paper.
+        second: Second series: yellow.
+        third: Third series: green.
+        fourth: Fourth series: red.
+        paper: What the paper states in numbers.
+    """
+
+    ink: str
+    soft: str
+    rule: str
+    first: str
+    second: str
+    third: str
+    fourth: str
+    paper: str
+
+    def style(self) -> AbstractContextManager[None]:
+        """Return the context in which figures are drawn and saved."""
+        return figure_style(self.ink, self.soft, self.rule)
+
+    def as_dict(self) -> dict[str, str]:
+        """Return the colours by name."""
+        return asdict(self)
+
+
+LIGHT = Palette("#1d2126", "#646b74", "#d9dce0", "#2166c4", "#c98a00", "#2a8a4a", "#b3261e", "#7b3fb5")
+"""Colours of the figures that are files."""
+PAGE = Palette(**page_colours("ink", "soft", "rule", "first", "second", "third", "fourth", "paper"))
+"""Placeholder colours of the figures in the page, which has its own for light and for dark."""
 
 
 def panels(count: int = 1, width: float = 6.2, titles: Sequence[str] = ()) -> tuple[Figure, list[Axes]]:
@@ -30,7 +64,7 @@ def panels(count: int = 1, width: float = 6.2, titles: Sequence[str] = ()) -> tu
     return figure, axes
 
 
-def rate_axis(axes: Axes, label: str = "success [%]") -> None:
+def set_rate_axis(axes: Axes, label: str = "success [%]") -> None:
     """Make y a rate from 0 to 100 %."""
     axes.set_ylim(-4.0, 104.0)
     axes.set_yticks(range(0, 101, 20))
@@ -38,13 +72,13 @@ def rate_axis(axes: Axes, label: str = "success [%]") -> None:
     axes.grid(axis="y")
 
 
-def categories(axes: Axes, names: Sequence[str]) -> None:
+def set_categories(axes: Axes, names: Sequence[str]) -> None:
     """Write names below x = 0, 1, ..."""
     axes.set_xticks(range(len(names)), names)
     axes.set_xlim(-0.6, len(names) - 0.4)
 
 
-def rates(
+def draw_rates(
     axes: Axes,
     x: Sequence[float],
     samples: Sequence[Sample],
@@ -55,7 +89,7 @@ def rates(
     joined: bool = True,
     marker: str = "o",
 ) -> None:
-    """Draw rates with their 95 % intervals; dashed and hollow for what stands for the paper's simulation."""
+    """Draw rates with their 95 % intervals; dashed and hollow for what the paper simulated."""
     chosen = [(place, sample) for place, sample in zip(x, samples, strict=True) if sample.n]
     if not chosen:
         return
@@ -70,14 +104,14 @@ def rates(
     axes.plot(places, values, linestyle=line, color=colour, marker=marker, markersize=5, mfc=fill, label=label)
 
 
-def stated(
+def draw_stated(
     axes: Axes, x: Sequence[float], values: Sequence[float], palette: Palette, label: str = "paper, stated"
 ) -> None:
     """Mark what the paper states [%]."""
     axes.plot(x, values, linestyle="none", marker="D", markersize=5, mfc="none", mec=palette.paper, label=label)
 
 
-def violins(
+def draw_violins(
     axes: Axes, x: Sequence[float], data: Sequence[Sequence[float]], colours: Sequence[str], dashed: bool
 ) -> None:
     """Draw kernel densities of rates, limited to the data, with means [%]."""
@@ -91,43 +125,8 @@ def violins(
         axes.plot([place - 0.1, place + 0.1], [mean, mean], color=colour, linestyle="--" if dashed else "-")
 
 
-def legend_above(figure: Figure, axes: Axes, columns: int = 4) -> None:
+def put_legend_above(figure: Figure, axes: Axes, columns: int = 4) -> None:
     """Put the legend over the panels."""
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside upper left", ncols=columns, handlelength=2.2)
-
-
-def _drawn(experiment: Experiment, evidence: Evidence, palette: Palette, suffix: str) -> bytes:
-    style: Any = {**mpl.rcParamsDefault, **palette.style()}
-    with mpl.rc_context(style):
-        buffer = io.BytesIO()
-        page = palette is NAMED
-        metadata = {"Date": None, "Creator": None} if suffix == "svg" else {"Software": None}
-        figure = experiment.draw(evidence, palette)
-        colour = "none" if page else "white"
-        figure.savefig(buffer, format=suffix, dpi=160, facecolor=colour, metadata=metadata)
-    return buffer.getvalue()
-
-
-def save(experiment: Experiment, evidence: Evidence, folder: Path) -> list[str]:
-    """Write the figure as SVG and PNG; return the files' names."""
-    names = [f"{experiment.name}.{suffix}" for suffix in ("svg", "png")]
-    for name in names:
-        (folder / name).write_bytes(_drawn(experiment, evidence, LIGHT, name.rpartition(".")[2]))
-    return names
-
-
-def inline(experiment: Experiment, evidence: Evidence) -> str:
-    """Return the figure as an element of a page: no declarations, no addresses, the page's own colours."""
-    text = _drawn(experiment, evidence, NAMED, "svg").decode()
-    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
-    text = re.sub(r'\sxmlns(:xlink)?="[^"]*"', "", text).replace("xlink:href", "href")
-    # Several drawings share a page, and so must not share the names of their parts.
-    text = re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{experiment.name}-", text)
-    text = re.sub(
-        r'<svg [^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="img" aria-label="{experiment.title}">', text, count=1
-    )
-    for name, colour in NAMED.items():
-        text = text.replace(colour, f"var(--{name})")
-    return text

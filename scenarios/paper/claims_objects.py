@@ -1,41 +1,53 @@
-"""Claims C1 to C5: kinds of objects, end-effectors and strategies, with a support."""
+"""Claims C1 to C5: object models, end-effectors and strategies, with a support."""
 
 from __future__ import annotations
 
-from pilegrasp_ctrl.scenarios.paper import fig06, fig07, fig08
-from pilegrasp_ctrl.scenarios.paper.claim import Claim, Finding, named
-from pilegrasp_ctrl.scenarios.paper.conditions import HAND, SHOVEL, grasp
-from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
-from pilegrasp_ctrl.scenarios.paper.judgement import Judgement, at_least, below, greater, never_above, not_less
-from pilegrasp_ctrl.scenarios.paper.sample import Sample
+from pilegrasp_ctrl.scenarios.paper.conditions import HAND, OBJECT_NAMES, SHOVEL, grasp
+from pilegrasp_ctrl.scenarios.paper.evidence import Evidence, Sample
+from pilegrasp_ctrl.scenarios.paper.figures_objects import (
+    ROUNDNESS_NAMES,
+    STRATEGY_CASES,
+    roundness_grid,
+    strategy_pair,
+)
+from pilegrasp_ctrl.scenarios.paper.judgement import (
+    Claim,
+    Finding,
+    Judgement,
+    judge_at_least,
+    judge_below,
+    judge_greater,
+    judge_not_above,
+    judge_not_less,
+)
 
-ROUND = {kind: name for kind, name in fig08.KINDS.items() if kind != "cube"}
-HANDS = {HAND: "hand", SHOVEL: "shovel"}
+ROUND_NAMES = {object_model: name for object_model, name in OBJECT_NAMES.items() if object_model != "cube"}
+HAND_NAMES = {HAND: "hand", SHOVEL: "shovel"}
 
 
 def _beside_wall(evidence: Evidence, hand: str) -> dict[str, Sample]:
-    return named(evidence, {name: grasp(kind, "wall", hand) for kind, name in ROUND.items()})
+    return evidence.samples_of({name: grasp(object_model, "wall", hand) for object_model, name in ROUND_NAMES.items()})
 
 
-def _round_objects(evidence: Evidence) -> Finding:
+def _judge_round_objects(evidence: Evidence) -> Finding:
     samples = _beside_wall(evidence, HAND)
-    return Finding(tuple(at_least(name, sample, 0.95) for name, sample in samples.items()), samples)
+    return Finding(tuple(judge_at_least(name, sample, 0.95) for name, sample in samples.items()), samples)
 
 
-def _cubes(evidence: Evidence) -> Finding:
+def _judge_cubes(evidence: Evidence) -> Finding:
     parts: list[Judgement] = []
     samples: dict[str, Sample] = {}
-    for hand, word in HANDS.items():
-        cubes = evidence.of(grasp("cube", "wall", hand))
+    for hand, word in HAND_NAMES.items():
+        cubes = evidence.sample(grasp("cube", "wall", hand))
         samples[f"{word}, cubes"] = cubes
-        parts.append(below(f"{word}, cubes", cubes, 0.5))
+        parts.append(judge_below(f"{word}, cubes", cubes, 0.5))
         for name, sample in _beside_wall(evidence, hand).items():
             samples[f"{word}, {name}"] = sample
-            parts.append(greater(f"{word}, {name}", sample, "cubes", cubes))
+            parts.append(judge_greater(f"{word}, {name}", sample, "cubes", cubes))
     return Finding(tuple(parts), samples)
 
 
-def _shovel(evidence: Evidence) -> Finding:
+def _judge_shovel(evidence: Evidence) -> Finding:
     samples = _beside_wall(evidence, SHOVEL)
     light, *others = samples.items()
     known = [f"{name} {100 * sample.rate:.0f} %" for name, sample in others if sample.n]
@@ -46,33 +58,36 @@ def _shovel(evidence: Evidence) -> Finding:
         "Like the paper's own simulation, this one lies far above the real shovel there."
     )
     high = known and all(sample.rate > 0.5 for _, sample in others)
-    return Finding((at_least(f"shovel, {light[0]}", light[1], 0.85),), samples, remark=remark if high else "")
+    return Finding((judge_at_least(f"shovel, {light[0]}", light[1], 0.85),), samples, remark=remark if high else "")
 
 
-def _strategies(evidence: Evidence) -> Finding:
+def _judge_strategies(evidence: Evidence) -> Finding:
     parts: list[Judgement] = []
     samples: dict[str, Sample] = {}
-    for kind, support in fig06.CASES:
-        pile, chosen = (evidence.of(condition) for condition in fig06.pair(kind, support))
-        case = f"{fig08.KINDS[kind]}, {support}"
+    for object_model, support in STRATEGY_CASES:
+        pile, chosen = (evidence.sample(condition) for condition in strategy_pair(object_model, support))
+        case = f"{OBJECT_NAMES[object_model]}, {support}"
         samples |= {f"{case}, pile-based": pile, f"{case}, object-based": chosen}
-        parts.append(never_above(f"{case}: object-based", chosen, "pile-based", pile))
+        parts.append(judge_not_above(f"{case}: object-based", chosen, "pile-based", pile))
     return Finding(tuple(parts), samples)
 
 
-def _roundness(evidence: Evidence) -> Finding:
+def _judge_roundness(evidence: Evidence) -> Finding:
     parts: list[Judgement] = []
     samples: dict[str, Sample] = {}
-    for hand, word in HANDS.items():
-        pooled = {name: evidence.of_all(fig07.grid(kind, hand)) for kind, name in fig07.KINDS.items()}
+    for hand, word in HAND_NAMES.items():
+        pooled = {
+            name: evidence.balanced_sample(roundness_grid(object_model, hand))
+            for object_model, name in ROUNDNESS_NAMES.items()
+        }
         samples |= {f"{word}, {name}": sample for name, sample in pooled.items()}
         balls, cylinders, cubes = pooled.values()
         parts += [
-            at_least(f"{word}, spheres", balls, 0.8),
-            at_least(f"{word}, cylinders", cylinders, 0.8),
-            below(f"{word}, cubes", cubes, 0.5),
-            not_less(f"{word}, spheres", balls, "cylinders", cylinders),
-            greater(f"{word}, cylinders", cylinders, "cubes", cubes),
+            judge_at_least(f"{word}, spheres", balls, 0.8),
+            judge_at_least(f"{word}, cylinders", cylinders, 0.8),
+            judge_below(f"{word}, cubes", cubes, 0.5),
+            judge_not_less(f"{word}, spheres", balls, "cylinders", cylinders),
+            judge_greater(f"{word}, cylinders", cylinders, "cubes", cubes),
         ]
     return Finding(tuple(parts), samples)
 
@@ -84,8 +99,8 @@ CLAIMS = (
         "The hand robustly grasps round objects beside a wall.",
         "95 to 100 %",
         "hand, wall, alpha = beta = 0: each of 18 light spheres, 18 heavy spheres and 14 cylinders at least 95 %",
-        _round_objects,
-        [grasp(kind) for kind in ROUND],
+        _judge_round_objects,
+        [grasp(object_model) for object_model in ROUND_NAMES],
     ),
     Claim(
         "C2",
@@ -93,7 +108,7 @@ CLAIMS = (
         "Cubes are hard for both end-effectors.",
         "poor for both",
         "14 cubes below 50 %, and below every round object, for hand and shovel",
-        _cubes,
+        _judge_cubes,
         [grasp("cube"), grasp("cube", "wall", SHOVEL)],
     ),
     Claim(
@@ -102,7 +117,7 @@ CLAIMS = (
         "The shovel scoops up light spheres.",
         "real: 85 % light, poor for the others; simulation far above reality",
         "shovel, wall: light spheres at least 85 %; the gap to the real shovel is stated",
-        _shovel,
+        _judge_shovel,
         [grasp("light_sphere", "wall", SHOVEL)],
     ),
     Claim(
@@ -111,8 +126,8 @@ CLAIMS = (
         "Choosing an object never outperforms heeding the pile alone.",
         "object-based never outperforms pile-based",
         "in none of the six pairs is the object-based strategy's rate above the pile-based one's",
-        _strategies,
-        [condition for case in fig06.CASES for condition in fig06.pair(*case)[1:]],
+        _judge_strategies,
+        [condition for case in STRATEGY_CASES for condition in strategy_pair(*case)[1:]],
     ),
     Claim(
         "C5",
@@ -121,7 +136,7 @@ CLAIMS = (
         "mean at least 80 % for spheres and cylinders, below 50 % for cubes; same order in simulation",
         "means over the grid: spheres and cylinders at least 80 %, cubes below 50 %, spheres >= cylinders > cubes, "
         "for hand and for shovel",
-        _roundness,
-        [*fig07.grid("cylinder", HAND), *fig07.grid("cube", HAND)],
+        _judge_roundness,
+        [*roundness_grid("cylinder", HAND), *roundness_grid("cube", HAND)],
     ),
 )

@@ -4,66 +4,86 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pilegrasp_ctrl.scenarios.paper import fig09, fig10, velocity_force
-from pilegrasp_ctrl.scenarios.paper.claim import Claim, Finding, named
 from pilegrasp_ctrl.scenarios.paper.conditions import HAND, SHOVEL, sized, spheres
-from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
-from pilegrasp_ctrl.scenarios.paper.judgement import Judgement, at_least, below, greater, stated, why_open
-from pilegrasp_ctrl.scenarios.paper.sample import Sample
+from pilegrasp_ctrl.scenarios.paper.evidence import Evidence, Sample
+from pilegrasp_ctrl.scenarios.paper.figures_piles import (
+    COUNT_MASSES,
+    HARD_PUSH,
+    ROBOT_COUNTS,
+    SIZE_RATIOS,
+    UNSUPPORTED,
+    USUAL_PUSH,
+)
+from pilegrasp_ctrl.scenarios.paper.judgement import (
+    Claim,
+    Finding,
+    Judgement,
+    judge,
+    judge_at_least,
+    judge_below,
+    judge_greater,
+    undecided_reason,
+)
 
-SMALL, LARGE = (3, 5, 10, 15, 20), (60, 90)
-LIGHT, HEAVY = (0.03, 0.06), (0.36, 0.72)
+SMALL_COUNTS, LARGE_COUNTS = (3, 5, 10, 15, 20), (60, 90)
+"""Numbers of objects that C8 compares."""
+LIGHT_MASSES, HEAVY_MASSES = (0.03, 0.06), (0.36, 0.72)
+"""Masses of an object that C9 compares [kg]."""
 MONOTONE = -0.8
+"""Rank correlation below which C11 holds; chosen."""
 
 
-def _never_triggers(evidence: Evidence) -> Finding:
-    alone = evidence.of(fig10.ALONE)
-    part = stated(f"{alone.triggered} of {alone.n} pushes reached F_grasp, 0 asked", alone.triggered == 0, alone)
+def _judge_unsupported(evidence: Evidence) -> Finding:
+    alone = evidence.sample(UNSUPPORTED)
+    part = judge(f"{alone.triggered} of {alone.n} pushes reached F_grasp, 0 asked", alone.triggered == 0, alone)
     return Finding((part,), {"18 heavy spheres, alone": alone})
 
 
-def _small_piles(evidence: Evidence) -> Finding:
+def _judge_small_piles(evidence: Evidence) -> Finding:
     conditions = {
         f"{word}, {count}, {support}": spheres(0.06, support, hand, count)
         for hand, word in ((HAND, "hand"), (SHOVEL, "shovel"))
-        for count in fig10.ROBOT_COUNTS
+        for count in ROBOT_COUNTS
         for support in ("wall", "corner")
     }
-    samples = named(evidence, conditions)
-    return Finding(tuple(at_least(name, sample, 0.85) for name, sample in samples.items()), samples)
+    samples = evidence.samples_of(conditions)
+    return Finding(tuple(judge_at_least(name, sample, 0.85) for name, sample in samples.items()), samples)
 
 
-def _without_support(evidence: Evidence) -> Finding:
+def _judge_pile_growth(evidence: Evidence) -> Finding:
     small, large = (
-        evidence.of_all(spheres(mass, "none", SHOVEL, count) for mass in fig10.MASSES for count in counts)
-        for counts in (SMALL, LARGE)
+        evidence.balanced_sample(spheres(mass, "none", SHOVEL, count) for mass in COUNT_MASSES for count in counts)
+        for counts in (SMALL_COUNTS, LARGE_COUNTS)
     )
     samples = {"3 to 20 spheres": small, "60 and 90 spheres": large}
-    return Finding((greater("60 and 90 spheres", large, "3 to 20 spheres", small),), samples)
+    return Finding((judge_greater("60 and 90 spheres", large, "3 to 20 spheres", small),), samples)
 
 
-def _lighter(evidence: Evidence) -> Finding:
+def _judge_masses(evidence: Evidence) -> Finding:
     parts: list[Judgement] = []
     samples: dict[str, Sample] = {}
     for support in ("wall", "corner"):
-        light, heavy = (evidence.of_all(spheres(m, support, SHOVEL) for m in masses) for masses in (LIGHT, HEAVY))
+        light, heavy = (
+            evidence.balanced_sample(spheres(m, support, SHOVEL) for m in masses)
+            for masses in (LIGHT_MASSES, HEAVY_MASSES)
+        )
         samples |= {f"{support}, 30 and 60 g": light, f"{support}, 360 and 720 g": heavy}
-        parts.append(greater(f"{support}: 30 and 60 g", light, "360 and 720 g", heavy))
+        parts.append(judge_greater(f"{support}: 30 and 60 g", light, "360 and 720 g", heavy))
     return Finding(tuple(parts), samples)
 
 
-def _faster(evidence: Evidence) -> Finding:
-    usual, harder = evidence.of(velocity_force.USUAL), evidence.of(velocity_force.HARDER)
-    part = greater("0.25 m/s, 25 N", harder, "0.10 m/s, 17 N", usual)
+def _judge_pushes(evidence: Evidence) -> Finding:
+    usual, harder = evidence.sample(USUAL_PUSH), evidence.sample(HARD_PUSH)
+    part = judge_greater("0.25 m/s, 25 N", harder, "0.10 m/s, 17 N", usual)
     return Finding((part,), {"0.10 m/s, 17 N": usual, "0.25 m/s, 25 N": harder})
 
 
-def _size(evidence: Evidence) -> Finding:
-    samples = named(evidence, {f"ratio {ratio:g}": sized(ratio) for ratio in fig09.RATIOS})
+def _judge_sizes(evidence: Evidence) -> Finding:
+    samples = evidence.samples_of({f"ratio {ratio:g}": sized(ratio) for ratio in SIZE_RATIOS})
     first, *_, last = samples.values()
     grasped = [sample.mean_grasped for sample in samples.values()]
-    correlation = _spearman(fig09.RATIOS, grasped)
-    reason = why_open(*samples.values())
+    correlation = _spearman(SIZE_RATIOS, grasped)
+    reason = undecided_reason(*samples.values())
     found = "none, as it is the same everywhere" if correlation is None else f"{correlation:.2f}"
     falls = correlation is not None and correlation < MONOTONE
     parts = (
@@ -71,10 +91,10 @@ def _size(evidence: Evidence) -> Finding:
             f"number grasped against ratio: Spearman {found}, below {MONOTONE} asked{reason}",
             "not decided" if reason else "holds" if falls else "fails",
         ),
-        below(f"success at ratio {fig09.RATIOS[-1]:g}", last, 0.5),
-        greater(f"success at ratio {fig09.RATIOS[0]:g}", first, f"at ratio {fig09.RATIOS[-1]:g}", last),
+        judge_below(f"success at ratio {SIZE_RATIOS[-1]:g}", last, 0.5),
+        judge_greater(f"success at ratio {SIZE_RATIOS[0]:g}", first, f"at ratio {SIZE_RATIOS[-1]:g}", last),
     )
-    numbers = {"ratio": list(fig09.RATIOS), "mean_grasped": grasped, "spearman": correlation}
+    numbers = {"ratio": list(SIZE_RATIOS), "mean_grasped": grasped, "spearman": correlation}
     return Finding(parts, samples, numbers)
 
 
@@ -92,8 +112,8 @@ CLAIMS = (
         "Without a support, 18 heavy spheres never trigger the grasp.",
         "0 of 10",
         "hand, no support, 18 heavy spheres, 10 attempts: F_grasp is never reached",
-        _never_triggers,
-        [fig10.ALONE],
+        _judge_unsupported,
+        [UNSUPPORTED],
     ),
     Claim(
         "C7",
@@ -101,7 +121,7 @@ CLAIMS = (
         "Beside a wall or in a corner, small piles suffice.",
         "more than 85 % already for 5 objects",
         "light spheres: at least 85 % at 5 and at 18, wall and corner, for hand and shovel",
-        _small_piles,
+        _judge_small_piles,
         [spheres(0.06, support, HAND, 5) for support in ("wall", "corner")],
     ),
     Claim(
@@ -110,7 +130,7 @@ CLAIMS = (
         "Without a support, success grows with the pile.",
         "success grows with the count; piles of 60 and more may do without a support",
         "no support, 60 to 180 g, shovel: the rate at 60 and 90 objects above that at 3 to 20",
-        _without_support,
+        _judge_pile_growth,
         [spheres(0.18, "none", SHOVEL, 90), spheres(0.06, "none", SHOVEL, 90)],
     ),
     Claim(
@@ -119,7 +139,7 @@ CLAIMS = (
         "Lighter objects are easier to grasp where the pile is supported.",
         "lighter is easier; supports hinder heavy objects",
         "18 spheres, shovel: the rate at 30 and 60 g above that at 360 and 720 g, for wall and for corner",
-        _lighter,
+        _judge_masses,
         [spheres(0.72, "corner", SHOVEL), spheres(0.72, "wall", SHOVEL)],
     ),
     Claim(
@@ -128,8 +148,8 @@ CLAIMS = (
         "Faster and harder pushes help with heavy objects in a corner.",
         "60 % to 85 %",
         "18 heavy spheres, corner, hand: 0.25 m/s and 25 N above 0.10 m/s and 17 N",
-        _faster,
-        [velocity_force.USUAL, velocity_force.HARDER],
+        _judge_pushes,
+        [USUAL_PUSH, HARD_PUSH],
     ),
     Claim(
         "C11",
@@ -138,7 +158,7 @@ CLAIMS = (
         "both depend on the ratio of object and end-effector",
         "number grasped falls with the ratio (Spearman below -0.8); at the largest ratio success is below 50 % and "
         "below that at the smallest",
-        _size,
-        [sized(fig09.RATIOS[0]), sized(fig09.RATIOS[-1])],
+        _judge_sizes,
+        [sized(SIZE_RATIOS[0]), sized(SIZE_RATIOS[-1])],
     ),
 )

@@ -1,5 +1,7 @@
 """The conditions of the paper's experiments in its own words; equal ones are the same object of study everywhere."""
 
+from __future__ import annotations
+
 from functools import cache
 from typing import Any
 
@@ -9,15 +11,29 @@ from pilegrasp_ctrl.study.condition import Condition
 HAND, SHOVEL = "rbo_hand2", "shovel"
 SUPPORTS = ("none", "wall", "corner")
 COUNTS = {"light_sphere": 18, "heavy_sphere": 18, "cylinder": 14, "cube": 14}
-BEST = {"light_sphere": (0.0, 0.0), "heavy_sphere": (0.0, 0.0), "cylinder": (45.0, -20.0)}
+"""Number of objects in a pile by object model (V-A)."""
+BEST_ANGLES = {"light_sphere": (0.0, 0.0), "heavy_sphere": (0.0, 0.0), "cylinder": (45.0, -20.0)}
 """alpha and beta with which the paper's pile-based strategy did best [deg] (V-B)."""
+OBJECT_NAMES = {
+    "light_sphere": "light spheres",
+    "heavy_sphere": "heavy spheres",
+    "cylinder": "cylinders",
+    "cube": "cubes",
+}
+"""Object models in the paper's words."""
+LIGHT_MASS, HEAVY_MASS = 0.06, 0.18
+"""Mass of a light and of a heavy sphere, as their files have it [kg]."""
 SHOVEL_WIDTH = 0.12
-BALL, FRAME = 0.054, 0.25
+"""Width of the shovel [m]; `robots/hands/shovel`."""
+BALL_DIAMETER = 0.054
+"""Diameter of the spheres [m]; `scenarios/objects`."""
+FRAME_SIZE = 0.25
+"""Inner side of the frame of 18 spheres, as the layout chooses it by their number [m]."""
 
 
 @cache
 def grasp(
-    kind: str,
+    object_model: str,
     support: str = "wall",
     hand: str = HAND,
     count: int | None = None,
@@ -25,12 +41,19 @@ def grasp(
     angles: tuple[float, float] = (0.0, 0.0),
     **keys: Any,
 ) -> Condition:
-    """Return a condition: kind and number of objects, their mass [kg], support, hand, (alpha, beta) [deg], other keys.
+    """Return a condition for a single grasp.
 
-    `keys` are dotted with `__` in place of the dot.
+    Args:
+        object_model: Name of the object.
+        support: One of `SUPPORTS`.
+        hand: End-effector.
+        count: Number of objects; that of `COUNTS` if None.
+        mass: Mass of an object [kg]; that of its file if None.
+        angles: alpha and beta [deg].
+        keys: Other scenario keys, with `__` in place of the dot.
     """
-    varied: dict[str, Any] = {"hand": hand, "support.kind": support, "pile.object": kind}
-    varied["pile.count"] = COUNTS[kind] if count is None else count
+    varied: dict[str, Any] = {"hand": hand, "support.kind": support, "pile.object": object_model}
+    varied["pile.count"] = COUNTS[object_model] if count is None else count
     if mass is not None:
         varied["pile.mass"] = mass
     if angles != (0.0, 0.0):
@@ -41,14 +64,14 @@ def grasp(
 
 def spheres(mass: float, support: str, hand: str = HAND, count: int = 18) -> Condition:
     """Return tennis balls of a mass [kg]: hollow ones up to 60 g, and heavier ones filled with sand."""
-    kind = "light_sphere" if mass <= 0.06 else "heavy_sphere"
-    own = {"light_sphere": 0.06, "heavy_sphere": 0.18}[kind]
-    return grasp(kind, support, hand, count, None if mass == own else mass)
+    object_model = "light_sphere" if mass <= LIGHT_MASS else "heavy_sphere"
+    file_mass = {"light_sphere": LIGHT_MASS, "heavy_sphere": HEAVY_MASS}[object_model]
+    return grasp(object_model, support, hand, count, None if mass == file_mass else mass)
 
 
 @cache
 def sized(ratio: float) -> Condition:
     """Return 18 light spheres in a corner for the shovel, `ratio` times as wide as it; the frame grows with them."""
-    scale = round(ratio * SHOVEL_WIDTH / BALL, 4)
-    keys = {} if scale == 1.0 else {"pile__scale": scale, "pile__frame_size": round(FRAME * scale, 4)}
+    scale = round(ratio * SHOVEL_WIDTH / BALL_DIAMETER, 4)
+    keys = {} if scale == 1.0 else {"pile__scale": scale, "pile__frame_size": round(FRAME_SIZE * scale, 4)}
     return grasp("light_sphere", "corner", SHOVEL, **keys)

@@ -5,28 +5,28 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
+from matplotlib.figure import Figure
+
+from pilegrasp_ctrl.scenarios.paper.charts import LIGHT, PAGE, Palette
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
+from pilegrasp_ctrl.study.charts import svg_element
 from pilegrasp_ctrl.study.condition import Condition
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pilegrasp_ctrl.scenarios.paper.palette import Palette
 
 ROBOT, SIMULATED = 20, 50
 """Attempts at a condition: those that the paper ran on its robot, and those that it simulated (V-A)."""
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class ExperimentCondition:
     """One condition of an experiment.
 
     Attributes:
-        condition: what is run.
-        attempts: the paper's number of them.
-        share: of a shortened run's attempts. Less than 1 where conditions are judged together, as the cells of a grid.
+        condition: Scenario that is run.
+        attempts: The paper's number of attempts.
+        share: Share of a shortened run's attempts. It is less than 1 where conditions are judged together, as the
+            cells of a grid are.
     """
 
     condition: Condition
@@ -43,15 +43,30 @@ class Experiment:
     """A figure or table of the paper.
 
     Attributes:
-        name: by which it is asked for.
-        title: one line.
-        paper: what the paper reports.
-        rows: what is run.
-        draw: makes the figure.
+        name: Name by which it is asked for.
+        title: One line.
+        paper: What the paper reports.
+        conditions: What is run.
+        draw: Function that makes the figure.
     """
 
     name: str
     title: str
     paper: str
-    rows: tuple[Row, ...]
+    conditions: tuple[ExperimentCondition, ...]
     draw: Callable[[Evidence, Palette], Figure]
+
+    def save_figure(self, evidence: Evidence, folder: Path) -> list[str]:
+        """Write the figure as SVG and PNG; return the files' names."""
+        names = []
+        for suffix, metadata in (("svg", {"Date": None, "Creator": None}), ("png", {"Software": None})):
+            names.append(f"{self.name}.{suffix}")
+            with LIGHT.style():
+                figure = self.draw(evidence, LIGHT)
+                figure.savefig(folder / names[-1], dpi=160, facecolor="white", metadata=metadata)
+        return names
+
+    def figure_element(self, evidence: Evidence) -> str:
+        """Return the figure as an element of a page, in the page's own colours."""
+        with PAGE.style():
+            return svg_element(self.draw(evidence, PAGE), self.title, PAGE.as_dict(), prefix=f"{self.name}-")

@@ -1,53 +1,99 @@
-"""Statements about rates, each with a verdict: it holds, it fails, or it is not decided."""
+"""A claim of the paper, the statements that it consists of, and the verdict on each: holds, fails or not decided."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
-from pilegrasp_ctrl.scenarios.paper.sample import Sample
+from pilegrasp_ctrl.scenarios.paper.evidence import Evidence, Sample
 from pilegrasp_ctrl.statistics import p_greater
+from pilegrasp_ctrl.study.condition import Condition
 
 Verdict = Literal["holds", "fails", "not decided"]
 
 LEVEL = 0.05
-"""Of the one-sided test with which two rates are compared."""
+"""Level of the one-sided test with which two rates are compared; chosen, as usual."""
 ENOUGH = 10
-"""Fewer attempts than this decide nothing."""
+"""Number of attempts below which nothing is decided; chosen."""
 MOST_ERRORS = 0.1
-"""Where a larger share of attempts raised an error, the rest decides nothing."""
+"""Share of attempts that raised an error above which the others decide nothing; chosen."""
 
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """A statement and what became of it.
+    """A statement and its verdict.
 
     Attributes:
-        statement: in words, with the numbers that it rests on.
-        verdict: of the statement.
+        statement: Statement in words, with the numbers that it rests on.
+        verdict: Verdict on the statement.
     """
 
     statement: str
     verdict: Verdict
 
 
-def all_of(parts: Iterable[Judgement]) -> Verdict:
-    """Return the verdict of a claim: one part that fails fails it, one that is not decided leaves it open."""
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What the evidence says about a claim.
+
+    Attributes:
+        parts: Statements that the claim consists of.
+        samples: Attempts that it rests on, by the name of their condition.
+        numbers: Other numbers that it rests on, as JSON values.
+        remark: What a reader should know beside the verdict.
+    """
+
+    parts: tuple[Judgement, ...]
+    samples: dict[str, Sample]
+    numbers: dict[str, Any] = field(default_factory=dict)
+    remark: str = ""
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict of all parts together."""
+        return combine_verdicts(self.parts)
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """One claim of the paper: what it says, and how this project judges itself by it.
+
+    Attributes:
+        name: Name, C1 to C16.
+        place: Section or figure in which the paper makes it.
+        text: What it says.
+        paper: What the paper reports.
+        predicate: Condition by which this project judges itself.
+        judge: Function from evidence to finding.
+        shown: Conditions of which a success and a failure are shown, the most telling first.
+    """
+
+    name: str
+    place: str
+    text: str
+    paper: str
+    predicate: str
+    judge: Callable[[Evidence], Finding]
+    shown: Sequence[Condition] = ()
+
+
+def combine_verdicts(parts: Iterable[Judgement]) -> Verdict:
+    """Return the verdict of a claim: a part that fails makes it fail, one that is not decided leaves it open."""
     verdicts = [part.verdict for part in parts]
     if "fails" in verdicts:
         return "fails"
     return "holds" if verdicts and all(verdict == "holds" for verdict in verdicts) else "not decided"
 
 
-def stated(statement: str, holds: bool, *samples: Sample, enough: int = ENOUGH) -> Judgement:
-    """Judge by a yes or no, where the samples it rests on allow it."""
-    reason = why_open(*samples, enough=enough)
+def judge(statement: str, holds: bool, *samples: Sample, enough: int = ENOUGH) -> Judgement:
+    """Judge by a yes or no, if the samples that it rests on are enough."""
+    reason = undecided_reason(*samples, enough=enough)
     return Judgement(statement + reason, "not decided" if reason else "holds" if holds else "fails")
 
 
-def why_open(*samples: Sample, enough: int = ENOUGH) -> str:
-    """Return why the samples decide nothing, as an appendix to a statement, or ""."""
+def undecided_reason(*samples: Sample, enough: int = ENOUGH) -> str:
+    """Return why the samples decide nothing, as text to append to a statement; empty if they do decide."""
     fewest = min((sample.n for sample in samples), default=0)
     if fewest < enough:
         return f"; {fewest or 'no'} attempts are too few" if fewest != 1 else "; 1 attempt is too few"
@@ -57,61 +103,63 @@ def why_open(*samples: Sample, enough: int = ENOUGH) -> str:
     return ""
 
 
-def at_least(name: str, sample: Sample, least: float) -> Judgement:
+def judge_at_least(name: str, sample: Sample, least: float) -> Judgement:
     """Judge whether the rate reaches a value."""
-    return stated(f"{name}: {rate_text(sample)}, at least {percent(least)} asked", sample.rate >= least - 1e-12, sample)
+    return judge(
+        f"{name}: {format_rate(sample)}, at least {format_percent(least)} asked", sample.rate >= least - 1e-12, sample
+    )
 
 
-def below(name: str, sample: Sample, bound: float) -> Judgement:
+def judge_below(name: str, sample: Sample, bound: float) -> Judgement:
     """Judge whether the rate stays below a value."""
-    return stated(f"{name}: {rate_text(sample)}, below {percent(bound)} asked", sample.rate < bound, sample)
+    return judge(f"{name}: {format_rate(sample)}, below {format_percent(bound)} asked", sample.rate < bound, sample)
 
 
-def greater(first_name: str, first: Sample, second_name: str, second: Sample) -> Judgement:
-    """Judge whether the first rate is higher: it is where the test says so, it is not where the reverse is so."""
-    text = f"{first_name} {rate_text(first)} above {second_name} {rate_text(second)}"
-    if reason := why_open(first, second):
+def judge_greater(first_name: str, first: Sample, second_name: str, second: Sample) -> Judgement:
+    """Judge whether the first rate is higher: it holds or fails only where the test shows one or the other."""
+    text = f"{first_name} {format_rate(first)} above {second_name} {format_rate(second)}"
+    if reason := undecided_reason(first, second):
         return Judgement(text + reason, "not decided")
-    p = _p_greater(first, second)
+    p = _p_higher(first, second)
     if p < LEVEL:
         return Judgement(f"{text}: p = {p:.2g}", "holds")
-    reverse = _p_greater(second, first)
+    reverse = _p_higher(second, first)
     return Judgement(f"{text}: p = {p:.2g}", "fails" if reverse < LEVEL else "not decided")
 
 
-def not_less(first_name: str, first: Sample, second_name: str, second: Sample) -> Judgement:
-    """Judge whether the first rate reaches the second; a lag that may be chance leaves it open."""
-    text = f"{first_name} {rate_text(first)} at least {second_name} {rate_text(second)}"
-    if reason := why_open(first, second):
+def judge_not_less(first_name: str, first: Sample, second_name: str, second: Sample) -> Judgement:
+    """Judge whether the first rate reaches the second; a lower rate that may be chance leaves it open."""
+    text = f"{first_name} {format_rate(first)} at least {second_name} {format_rate(second)}"
+    if reason := undecided_reason(first, second):
         return Judgement(text + reason, "not decided")
     if first.rate >= second.rate:
         return Judgement(text, "holds")
-    p = _p_greater(second, first)
+    p = _p_higher(second, first)
     return Judgement(f"{text}: it is less, p = {p:.2g}", "fails" if p < LEVEL else "not decided")
 
 
-def never_above(first_name: str, first: Sample, second_name: str, second: Sample) -> Judgement:
+def judge_not_above(first_name: str, first: Sample, second_name: str, second: Sample) -> Judgement:
     """Judge whether the first rate stays at or below the second, as far as the test can tell."""
-    text = f"{first_name} {rate_text(first)} not above {second_name} {rate_text(second)}"
-    if reason := why_open(first, second):
+    text = f"{first_name} {format_rate(first)} not above {second_name} {format_rate(second)}"
+    if reason := undecided_reason(first, second):
         return Judgement(text + reason, "not decided")
-    p = _p_greater(first, second)
+    p = _p_higher(first, second)
     return Judgement(f"{text}: p = {p:.2g} for above", "fails" if p < LEVEL else "holds")
 
 
-def _p_greater(first: Sample, second: Sample) -> float:
+def _p_higher(first: Sample, second: Sample) -> float:
     """Return the one-sided p-value of the hypothesis that the first rate is higher."""
     return p_greater(first.successes, first.n, second.successes, second.n)
 
 
-def rate_text(sample: Sample) -> str:
+def format_rate(sample: Sample) -> str:
     """Return a rate with its interval, as people read it."""
     if not sample.n:
         return "(not run)"
     low, high = sample.interval
-    return f"{percent(sample.rate)} of {sample.n} ({100 * low:.0f} to {percent(high)})"
+    return f"{format_percent(sample.rate)} of {sample.n} ({100 * low:.0f} to {format_percent(high)})"
 
 
-def percent(share: float) -> str:
+def format_percent(share: float) -> str:
     """Return a share as people read it."""
     return f"{100.0 * share:.0f} %"

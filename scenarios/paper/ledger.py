@@ -1,50 +1,142 @@
-"""The ledger: every claim with its verdict and what it rests on, as one JSON document."""
+"""The ledger: every claim with its verdict, what it rests on, and typical attempts, as one JSON document."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from pilegrasp_ctrl.exceptions import SimulationError
 from pilegrasp_ctrl.files import read_toml
-from pilegrasp_ctrl.scenarios.paper import EXPLANATIONS
-from pilegrasp_ctrl.scenarios.paper.claim import Claim, Finding
-from pilegrasp_ctrl.scenarios.paper.claims import CLAIMS
+from pilegrasp_ctrl.scenarios.paper import claims_mechanism, claims_objects, claims_piles
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
-from pilegrasp_ctrl.scenarios.paper.examples import Example, examples
+from pilegrasp_ctrl.scenarios.paper.judgement import Claim, Finding
+from pilegrasp_ctrl.study.attempt import AttemptRow
+from pilegrasp_ctrl.study.condition import Condition
+from pilegrasp_ctrl.study.store import StudyStore
+
+CLAIMS = (*claims_objects.CLAIMS, *claims_piles.CLAIMS, *claims_mechanism.CLAIMS)
+"""All claims of the paper, in the order of their names."""
+EXPLANATIONS = Path(__file__).with_name("explanations.toml")
+"""What experiments say about claims that differ from the paper: `text`, and `command` that shows it, by claim."""
+RECORDINGS = "recordings"
+"""Folder of the typical attempts' pages, below the study's."""
 
 
-def ledger(evidence: Evidence) -> list[tuple[Claim, Finding, list[Example]]]:
+@dataclass(frozen=True, slots=True)
+class Example:
+    """A typical attempt.
+
+    Attributes:
+        row: The attempt.
+        outcome: What it shows, "success" or "failure".
+    """
+
+    row: AttemptRow
+    outcome: str
+
+    @property
+    def page(self) -> str:
+        """The page's name below the study's folder."""
+        return f"{RECORDINGS}/{self.row.config_hash}-{self.row.seed}.html"
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A claim of the ledger.
+
+    Attributes:
+        claim: What the paper says.
+        finding: What the evidence says about it.
+        examples: Typical attempts.
+    """
+
+    claim: Claim
+    finding: Finding
+    examples: list[Example]
+
+    def as_dict(self, explanation: Mapping[str, str]) -> dict[str, Any]:
+        """Return plain JSON values; the explanation is given only for a claim that does not hold."""
+        claim, finding = self.claim, self.finding
+        told = explanation if finding.verdict != "holds" else {}
+        pages = {example.outcome: example.page for example in self.examples}
+        return {
+            "id": claim.name,
+            "where": claim.place,
+            "claim": claim.text,
+            "paper": claim.paper,
+            "predicate": claim.predicate,
+            "verdict": finding.verdict,
+            "parts": [{"statement": part.statement, "verdict": part.verdict} for part in finding.parts],
+            "conditions": {name: sample.as_dict() for name, sample in finding.samples.items()},
+            "numbers": finding.numbers,
+            "explanation": " ".join(filter(None, (finding.remark, told.get("text", "").strip()))),
+            "shown_by": told.get("command", ""),
+            "recordings": {outcome: pages.get(outcome) for outcome in ("success", "failure")},
+        }
+
+
+def judge_claims(evidence: Evidence) -> list[Entry]:
     """Return every claim, what is found about it, and typical attempts."""
-    return [(claim, claim.judge(evidence), examples(claim, evidence)) for claim in CLAIMS]
+    return [Entry(claim, claim.judge(evidence), choose_examples(claim, evidence)) for claim in CLAIMS]
 
 
-def explanations() -> dict[str, Mapping[str, str]]:
-    """Return what experiments say about claims that do not hold: `text`, and `command` that shows it, by claim."""
-    return read_toml(EXPLANATIONS)
-
-
-def documents(entries: Sequence[tuple[Claim, Finding, list[Example]]]) -> list[dict[str, Any]]:
+def ledger_documents(entries: Sequence[Entry]) -> list[dict[str, Any]]:
     """Return the ledger as JSON values."""
-    known = explanations()
-    return [_document(*entry, known.get(entry[0].name, {})) for entry in entries]
+    explanations = read_toml(EXPLANATIONS)
+    return [entry.as_dict(explanations.get(entry.claim.name, {})) for entry in entries]
 
 
-def _document(
-    claim: Claim, finding: Finding, shown: Sequence[Example], explanation: Mapping[str, str]
-) -> dict[str, Any]:
-    told = explanation if finding.verdict != "holds" else {}
-    links = {example.kind: example.page for example in shown}
-    return {
-        "id": claim.name,
-        "where": claim.place,
-        "claim": claim.text,
-        "paper": claim.paper,
-        "predicate": claim.predicate,
-        "verdict": finding.verdict,
-        "parts": [{"statement": part.statement, "verdict": part.verdict} for part in finding.parts],
-        "conditions": {name: sample.as_dict() for name, sample in finding.samples.items()},
-        "numbers": finding.numbers,
-        "explanation": " ".join(filter(None, (finding.remark, told.get("text", "").strip()))),
-        "shown_by": told.get("command", ""),
-        "recordings": {kind: links.get(kind) for kind in ("success", "failure")},
-    }
+def choose_examples(claim: Claim, evidence: Evidence) -> list[Example]:
+    """Return a typical success and a typical failure, each from the first condition that has one."""
+    found = {outcome: _typical(claim.shown, evidence, outcome) for outcome in ("success", "failure")}
+    return [Example(row, outcome) for outcome, row in found.items() if row is not None]
+
+
+def _typical(conditions: Sequence[Condition], evidence: Evidence, outcome: str) -> AttemptRow | None:
+    """Return the attempt of median length among those that came out most often in the same way."""
+    for condition in conditions:
+        rows = [row for row in evidence.sample(condition).rows if row.success == (outcome == "success") and row.result]
+        if rows:
+            usual, _ = Counter(map(_ending, rows)).most_common(1)[0]
+            alike = sorted((row for row in rows if _ending(row) == usual), key=_length)
+            return alike[(len(alike) - 1) // 2]
+    return None
+
+
+def _ending(row: AttemptRow) -> tuple[int, str]:
+    return row.grasped, str((row.result or {}).get("reason", ""))
+
+
+def _length(row: AttemptRow) -> tuple[float, int]:
+    return float((row.result or {}).get("sim_time", 0.0)), row.seed
+
+
+def record_examples(
+    examples: Iterable[Example], store: StudyStore, progress: Callable[[int, int], None] | None = None
+) -> None:
+    """Run the attempts again and write a page of each that has none yet.
+
+    Raises:
+        SimulationError: An attempt does not repeat itself.
+    """
+    from pilegrasp_ctrl.episode import run
+    from pilegrasp_ctrl.viewer import write
+
+    chosen = {example.page: example.row for example in examples}
+    (store.folder / RECORDINGS).mkdir(exist_ok=True)
+    for done, (page, row) in enumerate(chosen.items()):
+        if progress:
+            progress(done, len(chosen))
+        if (store.folder / page).is_file():
+            continue
+        episode = run(store.scenario(row.config_hash), seed=row.seed, record=True)
+        if (episode.success, episode.grasped) != (row.success, row.grasped):
+            raise SimulationError(
+                f"seed {row.seed} of {row.config_hash} came out differently when it was repeated; "
+                f"{store.path} was made by another version: choose another folder"
+            )
+        if episode.recording is not None:
+            write(episode.recording, store.folder / page)

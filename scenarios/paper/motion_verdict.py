@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from pilegrasp_ctrl.scenarios.paper.judgement import LEVEL
 from pilegrasp_ctrl.statistics import wilson
 
 Measures = Sequence[Mapping[str, Any]]
 """What `analysis.motion.measure` returned for each attempt at a condition."""
-
-LEVEL = 0.05
-"""Level of the tests, as in all claims."""
 
 LEAST_KNOWN = 0.9
 """Share of the successful attempts in which the held object must have been known before the grasp; chosen."""

@@ -9,7 +9,6 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from pilegrasp_ctrl.scenarios.paper.charts import inline
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
 from pilegrasp_ctrl.scenarios.paper.experiment import Experiment
 
@@ -17,13 +16,13 @@ _TEMPLATE = Path(__file__).with_name("page.html")
 MARKS = {"holds": ("good", "✓"), "fails": ("bad", "✗"), "not decided": ("open", "?")}
 
 
-def page(document: Mapping[str, Any], experiments: Sequence[Experiment], evidence: Evidence) -> str:
+def results_page(document: Mapping[str, Any], experiments: Sequence[Experiment], evidence: Evidence) -> str:
     """Return the page as HTML.
 
     Args:
-        document: what `claims.json` holds.
-        experiments: those of which there is something to draw.
-        evidence: to draw them from.
+        document: What `claims.json` holds.
+        experiments: Experiments of which there is something to draw.
+        evidence: Attempts from which they are drawn.
     """
     claims = document["claims"]
     counts = Counter(claim["verdict"] for claim in claims)
@@ -47,19 +46,19 @@ def _counted(count: int, one: str, many: str) -> str:
 
 
 def _tile(claim: Mapping[str, Any]) -> str:
-    kind, mark = MARKS[claim["verdict"]]
+    style, mark = MARKS[claim["verdict"]]
     return (
-        f'<a class="tile {kind}" href="#{claim["id"]}" title="{escape(claim["claim"])}">'
+        f'<a class="tile {style}" href="#{claim["id"]}" title="{escape(claim["claim"])}">'
         f"<b>{claim['id']}</b><i>{mark}</i><span>{escape(claim['verdict'])}</span></a>"
     )
 
 
 def _card(claim: Mapping[str, Any]) -> str:
-    kind, _ = MARKS[claim["verdict"]]
+    style, _ = MARKS[claim["verdict"]]
     explained = f"<p>{escape(claim['explanation'])}</p>" if claim["explanation"] else ""
     shown_by = f"<code>{escape(claim['shown_by'])}</code>" if claim["shown_by"] else ""
     return (
-        f'<article id="{claim["id"]}" class="{kind}"><header><b>{claim["id"]}</b><h3>{escape(claim["claim"])}</h3>'
+        f'<article id="{claim["id"]}" class="{style}"><header><b>{claim["id"]}</b><h3>{escape(claim["claim"])}</h3>'
         f'<span class="badge">{escape(claim["verdict"])}</span></header>'
         f"<dl><dt>the paper, {escape(claim['where'])}</dt><dd>{escape(claim['paper'])}</dd>"
         f"<dt>judged by</dt><dd>{escape(claim['predicate'])}</dd></dl>"
@@ -68,8 +67,8 @@ def _card(claim: Mapping[str, Any]) -> str:
 
 
 def _part(part: Mapping[str, str]) -> str:
-    kind, mark = MARKS[part["verdict"]]
-    return f'<li class="{kind}"><i aria-label="{part["verdict"]}">{mark}</i>{escape(part["statement"])}</li>'
+    style, mark = MARKS[part["verdict"]]
+    return f'<li class="{style}"><i aria-label="{part["verdict"]}">{mark}</i>{escape(part["statement"])}</li>'
 
 
 def _rates(claim: Mapping[str, Any]) -> str:
@@ -96,8 +95,8 @@ def _rates(claim: Mapping[str, Any]) -> str:
 
 def _links(claim: Mapping[str, Any]) -> str:
     links = [
-        f'<a href="{escape(file)}">▶ a typical {kind}</a>'
-        for kind, file in claim["recordings"].items()
+        f'<a href="{escape(file)}">▶ a typical {outcome}</a>'
+        for outcome, file in claim["recordings"].items()
         if file is not None
     ]
     return f'<p class="links">{"".join(links)}</p>' if links else ""
@@ -107,7 +106,7 @@ def _figure(experiment: Experiment, evidence: Evidence, files: Mapping[str, Sequ
     links = ", ".join(f'<a href="{file}">{file.rpartition(".")[2].upper()}</a>' for file in files[experiment.name])
     return (
         f'<section id="{experiment.name}"><h3>{escape(experiment.title)}</h3><div class="scroll">'
-        f"<figure>{inline(experiment, evidence)}</figure></div>"
+        f"<figure>{experiment.figure_element(evidence)}</figure></div>"
         f'<p class="note"><b>The paper:</b> {escape(experiment.paper)} <span class="files">{links}</span></p></section>'
     )
 
@@ -116,7 +115,7 @@ def _facts(document: Mapping[str, Any]) -> str:
     facts = {
         "seeds from": document["seeds_from"],
         "processor time": f"{document['processor_hours']:.2f} h",
-        **{f"{name}": number for name, number in document["versions"].items()},
+        **document["versions"],
     }
     return "".join(
         f"<div><dt>{escape(str(name))}</dt><dd>{escape(str(value))}</dd></div>" for name, value in facts.items()

@@ -9,23 +9,20 @@ from typing import Any
 
 from pilegrasp_ctrl.files import write_whole
 from pilegrasp_ctrl.provenance import versions
-from pilegrasp_ctrl.scenarios.paper import NAMES, experiment
-from pilegrasp_ctrl.scenarios.paper.charts import save
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
-from pilegrasp_ctrl.scenarios.paper.examples import show
-from pilegrasp_ctrl.scenarios.paper.experiment import Experiment
-from pilegrasp_ctrl.scenarios.paper.ledger import documents, ledger
+from pilegrasp_ctrl.scenarios.paper.ledger import judge_claims, ledger_documents, record_examples
 from pilegrasp_ctrl.scenarios.paper.measure import MEASURE
-from pilegrasp_ctrl.scenarios.paper.page import page
-from pilegrasp_ctrl.scenarios.paper.plan import Work, plan
+from pilegrasp_ctrl.scenarios.paper.page import results_page
+from pilegrasp_ctrl.scenarios.paper.plan import EXPERIMENTS, PlannedCondition, plan
 from pilegrasp_ctrl.study.run import Progress, run_study
 from pilegrasp_ctrl.study.store import StudyStore
 
 FIGURES = "figures"
+"""Folder of the figures, below the study's."""
 
 
 def run_paper(
-    work: Sequence[Work],
+    planned: Sequence[PlannedCondition],
     folder: Path,
     first_seed: int,
     *,
@@ -36,10 +33,10 @@ def run_paper(
     """Run what is missing into the folder's store and return it, open.
 
     Raises:
-        PilegraspError: as `run_study`; where the folder's study began with other seeds.
+        PilegraspError: What `run_study` raises, or the folder's study began with other seeds.
     """
     # Seed by seed, so that a study that is stopped early says something of every condition.
-    attempts = sorted((pair for part in work for pair in part.pairs(first_seed)), key=lambda pair: pair[1])
+    attempts = sorted((pair for part in planned for pair in part.seeded(first_seed)), key=lambda pair: pair[1])
     configuration = {"study": "paper", "first seed": first_seed}
     return run_study(
         attempts,
@@ -63,25 +60,31 @@ def write_results(
     """Write `claims.json`, `index.html`, figures and recordings from all that the store holds; return the document.
 
     Args:
-        store: of the study.
-        command: what the user typed.
-        first_seed: of every condition.
-        recordings: whether to make pages of typical attempts; those that are there are linked in any case.
-        progress: called with the number of pages that are written, and of all.
+        store: Store of the study.
+        command: Command that the user typed.
+        first_seed: First seed of every condition.
+        recordings: Whether to make pages of typical attempts; those that are there are linked in any case.
+        progress: Function that gets the number of pages that are written, and of all.
     """
-    experiments = [experiment(name) for name in NAMES]
-    evidence = gather(store, experiments)
-    entries = ledger(evidence)
+    evidence = gather_evidence(store)
+    entries = judge_claims(evidence)
     if recordings:
-        show((example for *_, examples in entries for example in examples), store, progress)
-    claims = documents(entries)
+        record_examples((example for entry in entries for example in entry.examples), store, progress)
+    claims = ledger_documents(entries)
     for claim in claims:
         found = claim["recordings"].items()
-        claim["recordings"] = {kind: file if file and (store.folder / file).is_file() else None for kind, file in found}
-    drawn = [part for part in experiments if any(evidence.of(row.condition).n for row in part.rows)]
+        claim["recordings"] = {
+            outcome: file if file and (store.folder / file).is_file() else None for outcome, file in found
+        }
+    drawn = [
+        experiment
+        for experiment in EXPERIMENTS.values()
+        if any(evidence.sample(part.condition).n for part in experiment.conditions)
+    ]
     (store.folder / FIGURES).mkdir(exist_ok=True)
     figures = {
-        part.name: [f"{FIGURES}/{name}" for name in save(part, evidence, store.folder / FIGURES)] for part in drawn
+        experiment.name: [f"{FIGURES}/{name}" for name in experiment.save_figure(evidence, store.folder / FIGURES)]
+        for experiment in drawn
     }
     document = {
         "command": command,
@@ -95,10 +98,10 @@ def write_results(
     }
     text = json.dumps(document, indent=2, allow_nan=False)
     write_whole(store.folder / "claims.json", text.encode())
-    write_whole(store.folder / "index.html", page(document, drawn, evidence).encode())
+    write_whole(store.folder / "index.html", results_page(document, drawn, evidence).encode())
     return document
 
 
-def gather(store: StudyStore, experiments: Sequence[Experiment]) -> Evidence:
+def gather_evidence(store: StudyStore) -> Evidence:
     """Return all attempts of the store at the experiments' conditions."""
-    return Evidence.of_rows(store.attempts(), [part.condition for part in plan(experiments, None)])
+    return Evidence.from_rows(store.attempts(), [part.condition for part in plan(EXPERIMENTS.values())])

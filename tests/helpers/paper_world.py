@@ -3,10 +3,11 @@
 from dataclasses import dataclass, field, replace
 from functools import cache
 
-from pilegrasp_ctrl.scenarios.paper import NAMES, experiment, fig09, table1, velocity_force
 from pilegrasp_ctrl.scenarios.paper.conditions import SHOVEL, sized
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
-from pilegrasp_ctrl.scenarios.paper.plan import plan
+from pilegrasp_ctrl.scenarios.paper.figures_mechanism import ORDER_NAMES, PAPER_ATTEMPTS
+from pilegrasp_ctrl.scenarios.paper.figures_piles import SIZE_RATIOS, USUAL_PUSH
+from pilegrasp_ctrl.scenarios.paper.plan import EXPERIMENTS, plan
 from pilegrasp_ctrl.study.attempt import AttemptRow
 
 TRIGGERS = (("approach", "surface contact"), ("push", "grasp force"), ("grasp", "closed"), ("lift", "lifted"))
@@ -75,8 +76,8 @@ def usual(condition):
         measures["table_force"]["peak"] = 40.0
     made = Made(measures=measures)
     if scenario.name == "bin_picking":
-        return replace(made, attempts=round(table1.PAPER[table1.KINDS[pile.object]]))
-    if condition == velocity_force.USUAL:
+        return replace(made, attempts=round(PAPER_ATTEMPTS[ORDER_NAMES[pile.object]]))
+    if condition == USUAL_PUSH:
         return replace(made, rate=0.5)
     if pile.object == "cube":
         return replace(made, rate=0.2)
@@ -85,16 +86,16 @@ def usual(condition):
         return replace(made, rate=rate, triggers=TRIGGERS if shovel else TRIGGERS[:1])
     if (pile.mass or 0.0) >= 0.36 or scenario.strategy.kind == "object":
         return replace(made, rate=0.4)
-    for k, ratio in enumerate(fig09.RATIOS):
+    for k, ratio in enumerate(SIZE_RATIOS):
         if condition == sized(ratio):
-            return replace(made, grasped=len(fig09.RATIOS) - k, rate=0.1 if ratio > 1.0 else 1.0)
+            return replace(made, grasped=len(SIZE_RATIOS) - k, rate=0.1 if ratio > 1.0 else 1.0)
     return made
 
 
 @cache
 def standard():
     """Return all conditions, and their attempts in a world in which the paper is right."""
-    conditions = [part.condition for part in plan(map(experiment, NAMES), None)]
+    conditions = [part.condition for part in plan(EXPERIMENTS.values())]
     return conditions, {condition.config_hash: rows(condition, usual(condition)) for condition in conditions}
 
 
@@ -105,4 +106,4 @@ def world(changes=(), **everywhere):
     spoilt = [(condition, everywhere) for condition in conditions if everywhere] + list(changes)
     for condition, fields in spoilt:
         found[condition.config_hash] = rows(condition, replace(usual(condition), **fields))
-    return Evidence.of_rows((row for attempts in found.values() for row in attempts), conditions)
+    return Evidence.from_rows((row for attempts in found.values() for row in attempts), conditions)

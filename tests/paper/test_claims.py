@@ -3,20 +3,27 @@
 import pytest
 
 from paper_world import TRIGGERS, Made, rows, world
-from pilegrasp_ctrl.scenarios.paper import fig06, fig07, fig08, fig10, motion_pattern, table1, velocity_force
-from pilegrasp_ctrl.scenarios.paper.claims import CLAIMS
 from pilegrasp_ctrl.scenarios.paper.claims_mechanism import shows_events
 from pilegrasp_ctrl.scenarios.paper.conditions import HAND, SHOVEL, grasp, sized, spheres
+from pilegrasp_ctrl.scenarios.paper.evidence import Sample
+from pilegrasp_ctrl.scenarios.paper.figures_mechanism import PUSHED, order_condition
+from pilegrasp_ctrl.scenarios.paper.figures_objects import (
+    GRID_ANGLES,
+    roundness_grid,
+    strategy_pair,
+    with_other_controller,
+)
+from pilegrasp_ctrl.scenarios.paper.figures_piles import COUNT_MASSES, COUNTS, HARD_PUSH, UNSUPPORTED
 from pilegrasp_ctrl.scenarios.paper.judgement import (
     Judgement,
-    all_of,
-    at_least,
-    below,
-    greater,
-    never_above,
-    not_less,
+    combine_verdicts,
+    judge_at_least,
+    judge_below,
+    judge_greater,
+    judge_not_above,
+    judge_not_less,
 )
-from pilegrasp_ctrl.scenarios.paper.sample import Sample
+from pilegrasp_ctrl.scenarios.paper.ledger import CLAIMS
 
 BY_NAME = {claim.name: claim for claim in CLAIMS}
 CONDITION = grasp("light_sphere")
@@ -58,7 +65,7 @@ def test_a_few_attempts_decide_nothing(name):
 
 
 def test_a_grid_is_judged_by_the_mean_of_its_cells_though_one_of_them_was_run_more_often():
-    first, *others = fig07.grid("light_sphere", SHOVEL)
+    first, *others = roundness_grid("light_sphere", SHOVEL)
     weak = [(cell, {"n": 10, "rate": 0.7}) for cell in others]
     finding = BY_NAME["C5"].judge(world([(first, {"n": 100, "rate": 1.0}), *weak]))
     assert finding.samples["shovel, spheres"].n == 160
@@ -68,7 +75,7 @@ def test_a_grid_is_judged_by_the_mean_of_its_cells_though_one_of_them_was_run_mo
 @pytest.mark.parametrize(
     ("name", "cell"),
     [
-        ("C5", fig07.grid("cube", HAND)[3]),
+        ("C5", roundness_grid("cube", HAND)[3]),
         ("C8", spheres(0.12, "none", SHOVEL, 90)),
         ("C9", spheres(0.36, "corner", SHOVEL)),
     ],
@@ -81,24 +88,23 @@ def motion(**speeds):
     return {"table_force": {"peak": 8.0}, "motion": {"approach_speed": 0.05, "spread_speed": 0.01} | speeds}
 
 
-PUSHED = motion_pattern.PUSHED
 SPOILT = {
     "C1": [(grasp("heavy_sphere"), {"rate": 0.9})],
     "C2": [(grasp("cube", "wall", SHOVEL), {"rate": 0.6})],
     "C3": [(grasp("light_sphere", "wall", SHOVEL), {"rate": 0.8})],
-    "C4": [(fig06.pair("heavy_sphere", "corner")[1], {"rate": 0.9})],
-    "C5": [(cell, {"rate": 0.7}) for cell in fig07.grid("cylinder", SHOVEL)],
-    "C6": [(fig10.ALONE, {"triggers": TRIGGERS})],
+    "C4": [(strategy_pair("heavy_sphere", "corner")[1], {"rate": 0.9})],
+    "C5": [(cell, {"rate": 0.7}) for cell in roundness_grid("cylinder", SHOVEL)],
+    "C6": [(UNSUPPORTED, {"triggers": TRIGGERS})],
     "C7": [(spheres(0.06, "corner", HAND, 5), {"rate": 0.8})],
-    "C8": [(spheres(mass, "none", SHOVEL, count), {"rate": 0.0}) for mass in fig10.MASSES for count in (60, 90)],
+    "C8": [(spheres(mass, "none", SHOVEL, count), {"rate": 0.0}) for mass in COUNT_MASSES for count in (60, 90)],
     "C9": [(spheres(mass, "wall", SHOVEL), {"rate": rate}) for mass, rate in ((0.03, 0.3), (0.06, 0.3), (0.72, 1.0))],
-    "C10": [(velocity_force.HARDER, {"rate": 0.1})],
+    "C10": [(HARD_PUSH, {"rate": 0.1})],
     "C11": [(sized(1.5), {"rate": 0.9})],
-    "C12": [(grasp("light_sphere", count=n, angles=a), {"several": 1.0}) for n in (14, 18) for a in fig07.ANGLES]
-    + [(cell, {"several": 0.9}) for cell in fig07.grid("cylinder", HAND)],
+    "C12": [(grasp("light_sphere", count=n, angles=a), {"several": 1.0}) for n in (14, 18) for a in GRID_ANGLES]
+    + [(cell, {"several": 0.9}) for cell in roundness_grid("cylinder", HAND)],
     "C13": [(PUSHED["wall"], {"measures": motion(spread_speed=0.05)})],
-    "C14": [(table1.order("cylinder"), {"attempts": 4})],
-    "C15": [(fig08.swapped(SHOVEL), {"measures": {"table_force": {"peak": 20.0}}})],
+    "C14": [(order_condition("cylinder"), {"attempts": 4})],
+    "C15": [(with_other_controller(SHOVEL), {"measures": {"table_force": {"peak": 20.0}}})],
     "C16": [(CONDITION, {"triggers": (TRIGGERS[1], TRIGGERS[0], *TRIGGERS[2:])})],
 }
 
@@ -112,8 +118,8 @@ def test_a_claim_fails_where_one_condition_spoils_it(name):
     ("name", "changes"),
     [
         ("C2", [(grasp("cube"), {"rate": 0.45}), (grasp("cylinder"), {"rate": 0.5})]),
-        ("C8", [(spheres(m, "none", SHOVEL, n), {"rate": 0.1}) for m in fig10.MASSES for n in fig10.COUNTS]),
-        ("C10", [(velocity_force.HARDER, {"rate": 0.55})]),
+        ("C8", [(spheres(m, "none", SHOVEL, n), {"rate": 0.1}) for m in COUNT_MASSES for n in COUNTS]),
+        ("C10", [(HARD_PUSH, {"rate": 0.55})]),
         ("C1", [(grasp("light_sphere"), {"errors": 4})]),
     ],
 )
@@ -122,14 +128,14 @@ def test_what_may_be_chance_or_rests_on_broken_attempts_stays_open(name, changes
 
 
 def test_orders_that_are_not_completed_and_light_ones_that_take_long():
-    assert verdict("C14", [(table1.order("apple"), {"rate": 0.95})]) == "fails"
-    assert verdict("C14", [(table1.order("light_sphere"), {"attempts": 6})]) == "fails"
-    assert verdict("C14", [(table1.order("apple"), {"n": 2})]) == "not decided"
+    assert verdict("C14", [(order_condition("apple"), {"rate": 0.95})]) == "fails"
+    assert verdict("C14", [(order_condition("light_sphere"), {"attempts": 6})]) == "fails"
+    assert verdict("C14", [(order_condition("apple"), {"n": 2})]) == "not decided"
 
 
 @pytest.mark.parametrize("hand", [HAND, SHOVEL])
 def test_objects_that_were_not_known_before_the_trigger_count_against_the_separation(hand):
-    cells = [cell for kind in ("light_sphere", "cylinder") for cell in fig07.grid(kind, hand)]
+    cells = [cell for kind in ("light_sphere", "cylinder") for cell in roundness_grid(kind, hand)]
     finding = BY_NAME["C13"].judge(world([(cell, {"measures": motion(agreed=False)}) for cell in cells]))
     verdicts = {part.statement.split(":")[0]: part.verdict for part in finding.parts}
     assert verdicts.pop("hand" if hand == HAND else "shovel") == "fails"
@@ -150,30 +156,30 @@ def test_the_gap_to_the_real_shovel_is_stated():
 
 def test_one_failing_part_fails_a_claim_and_an_open_one_leaves_it_open():
     holds, fails, undecided = (Judgement("", verdict) for verdict in ("holds", "fails", "not decided"))
-    assert all_of([holds, undecided, fails]) == "fails"
-    assert all_of([holds, undecided]) == "not decided"
-    assert all_of([holds, holds]) == "holds"
-    assert all_of([]) == "not decided"
+    assert combine_verdicts([holds, undecided, fails]) == "fails"
+    assert combine_verdicts([holds, undecided]) == "not decided"
+    assert combine_verdicts([holds, holds]) == "holds"
+    assert combine_verdicts([]) == "not decided"
 
 
 def test_thresholds_are_met_by_the_estimate():
-    assert at_least("a", sample(19, 20), 0.95).verdict == "holds"
-    assert at_least("a", sample(18, 20), 0.95).verdict == "fails"
-    assert below("a", sample(10, 20), 0.5).verdict == "fails"
-    assert below("a", sample(9, 20), 0.5).verdict == "holds"
+    assert judge_at_least("a", sample(19, 20), 0.95).verdict == "holds"
+    assert judge_at_least("a", sample(18, 20), 0.95).verdict == "fails"
+    assert judge_below("a", sample(10, 20), 0.5).verdict == "fails"
+    assert judge_below("a", sample(9, 20), 0.5).verdict == "holds"
 
 
 def test_comparisons_need_evidence_either_way():
     high, middle, low = sample(18, 20), sample(14, 20), sample(5, 20)
-    assert greater("a", high, "b", low).verdict == "holds"
-    assert greater("a", low, "b", high).verdict == "fails"
-    assert greater("a", high, "b", middle).verdict == "not decided"
-    assert greater("a", high, "b", high).verdict == "not decided"
-    assert not_less("a", high, "b", high).verdict == "holds"
-    assert not_less("a", middle, "b", high).verdict == "not decided"
-    assert not_less("a", low, "b", high).verdict == "fails"
-    assert never_above("a", high, "b", middle).verdict == "holds"
-    assert never_above("a", high, "b", low).verdict == "fails"
+    assert judge_greater("a", high, "b", low).verdict == "holds"
+    assert judge_greater("a", low, "b", high).verdict == "fails"
+    assert judge_greater("a", high, "b", middle).verdict == "not decided"
+    assert judge_greater("a", high, "b", high).verdict == "not decided"
+    assert judge_not_less("a", high, "b", high).verdict == "holds"
+    assert judge_not_less("a", middle, "b", high).verdict == "not decided"
+    assert judge_not_less("a", low, "b", high).verdict == "fails"
+    assert judge_not_above("a", high, "b", middle).verdict == "holds"
+    assert judge_not_above("a", high, "b", low).verdict == "fails"
 
 
 def test_an_attempt_that_raised_is_an_attempt_without_success():

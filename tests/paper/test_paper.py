@@ -9,43 +9,43 @@ from pilegrasp_ctrl.cli import main
 from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.programs.attempt import check
 from pilegrasp_ctrl.recording import Body, Recording, Shape
-from pilegrasp_ctrl.scenarios.paper import NAMES, experiment, fig06, fig07, fig08, fig10, velocity_force
-from pilegrasp_ctrl.scenarios.paper.claims import CLAIMS
 from pilegrasp_ctrl.scenarios.paper.conditions import HAND, SHOVEL, grasp, sized, spheres
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
-from pilegrasp_ctrl.scenarios.paper.examples import examples
-from pilegrasp_ctrl.scenarios.paper.experiment import ROBOT, SIMULATED, Row
-from pilegrasp_ctrl.scenarios.paper.plan import expect, plan
+from pilegrasp_ctrl.scenarios.paper.experiment import ROBOT, SIMULATED, Experiment, ExperimentCondition
+from pilegrasp_ctrl.scenarios.paper.figures_objects import FIG06, FIG08, STRATEGY_CASES, roundness_grid
+from pilegrasp_ctrl.scenarios.paper.figures_piles import FIG10, UNSUPPORTED, USUAL_PUSH, VELOCITY_FORCE
+from pilegrasp_ctrl.scenarios.paper.ledger import CLAIMS, choose_examples
+from pilegrasp_ctrl.scenarios.paper.plan import EXPERIMENTS, count_remaining, find_experiment, plan
 from pilegrasp_ctrl.study.attempt import AttemptRow
 from pilegrasp_ctrl.study.store import StudyStore
 
 
 def test_every_condition_can_be_prepared_as_far_as_that_can_be_known_without_a_pile():
-    for part in plan(map(experiment, NAMES), None):
+    for part in plan(EXPERIMENTS.values()):
         check(part.condition.scenario)
 
 
 def test_the_papers_numbers_are_the_default():
-    for name in NAMES:
-        for row in experiment(name).rows:
+    for name, experiment in EXPERIMENTS.items():
+        for row in experiment.conditions:
             assert row.attempts in (10, ROBOT, SIMULATED)
             assert row.shortened(None) == row.attempts
-            if name != "table1" and row.condition != fig10.ALONE:
+            if name != "table1" and row.condition != UNSUPPORTED:
                 assert (row.attempts == SIMULATED) == (row.condition.scenario.hand == SHOVEL) or name == "fig08"
-    assert [row.attempts for row in fig10.EXPERIMENT.rows if row.condition == fig10.ALONE] == [10]
+    assert [row.attempts for row in FIG10.conditions if row.condition == UNSUPPORTED] == [10]
 
 
 def test_a_shortened_run_makes_no_more_than_asked_and_fewer_in_the_cells_of_a_grid():
-    row = Row(grasp("cube"), 50, 0.25)
+    row = ExperimentCondition(grasp("cube"), 50, 0.25)
     assert [row.shortened(n) for n in (None, 1, 2, 20, 1000)] == [50, 1, 1, 5, 50]
-    assert Row(grasp("cube"), 20).shortened(20) == 20
+    assert ExperimentCondition(grasp("cube"), 20).shortened(20) == 20
 
 
 def test_grids_are_the_papers():
-    assert len(fig07.grid("cube", HAND)) == 16
-    assert all(cell.scenario.pile.mass == 0.06 for cell in fig07.grid("cylinder", SHOVEL))
-    assert len(fig06.CASES) == 6
-    assert {row.condition.scenario.pile.count for row in fig10.EXPERIMENT.rows} == {
+    assert len(roundness_grid("cube", HAND)) == 16
+    assert all(cell.scenario.pile.mass == 0.06 for cell in roundness_grid("cylinder", SHOVEL))
+    assert len(STRATEGY_CASES) == 6
+    assert {row.condition.scenario.pile.count for row in FIG10.conditions} == {
         3,
         5,
         10,
@@ -60,25 +60,24 @@ def test_grids_are_the_papers():
 
 
 def test_equal_conditions_of_several_figures_are_run_once():
-    work = plan([fig06.EXPERIMENT, fig08.EXPERIMENT, velocity_force.EXPERIMENT], None)
+    work = plan([FIG06, FIG08, VELOCITY_FORCE])
     hashes = [part.condition.config_hash for part in work]
     assert len(hashes) == len(set(hashes))
     shared = grasp("light_sphere").config_hash
     assert [part.experiment for part in work if part.condition.config_hash == shared] == ["fig06"]
-    assert spheres(0.18, "corner").config_hash == velocity_force.USUAL.config_hash
+    assert spheres(0.18, "corner").config_hash == USUAL_PUSH.config_hash
     assert sized(0.45).config_hash == grasp("light_sphere", "corner", SHOVEL).config_hash
 
 
 def test_the_largest_number_that_is_asked_for_counts():
-    fewer, more = Row(grasp("cube"), 10), Row(grasp("cube"), 30)
-    both = [experiment("fig08"), experiment("fig07")]
-    parts = [type(part)("x", "", "", (row,), part.draw) for part, row in zip(both, (fewer, more), strict=True)]
-    assert [work.attempts for work in plan(parts, None)] == [30]
+    fewer, more = ExperimentCondition(grasp("cube"), 10), ExperimentCondition(grasp("cube"), 30)
+    experiments = [Experiment("x", "", "", (part,), FIG08.draw) for part in (fewer, more)]
+    assert [part.attempts for part in plan(experiments)] == [30]
 
 
 def test_what_is_expected_shrinks_with_what_is_there(tmp_path):
-    work = plan([velocity_force.EXPERIMENT], 3)
-    fresh = expect(work, 7, None)
+    work = plan([VELOCITY_FORCE], 3)
+    fresh = count_remaining(work, 7)
     assert (fresh.attempts, fresh.missing) == (6, 6)
     with StudyStore(tmp_path, create=True) as store:
         from pilegrasp_ctrl.study.attempt import AttemptReport
@@ -86,14 +85,14 @@ def test_what_is_expected_shrinks_with_what_is_there(tmp_path):
         condition = work[0].condition
         store.adopt([condition], {})
         store.add([(condition, AttemptReport(condition.config_hash, 8, "{}", None, False, None, 100.0, 100.0, "host"))])
-        left = expect(work, 7, store)
+        left = count_remaining(work, 7, store)
     assert left.missing == 5
     assert left.seconds == pytest.approx(2 * 100.0 + 3 * work[1].cost())
 
 
 def test_an_unknown_experiment_is_refused_with_the_known_ones(tmp_path, capsys):
     with pytest.raises(ConfigurationError, match="choose from fig06, fig07"):
-        experiment("fig12")
+        find_experiment("fig12")
     assert main(["paper", "fig12", "--out", str(tmp_path)]) == 2
     assert "there is no experiment 'fig12'" in capsys.readouterr().err
 
@@ -108,7 +107,7 @@ def test_a_dry_run_counts_and_touches_nothing(tmp_path, capsys):
     assert (
         document["attempts"] == document["missing"] == sum(row["attempts"] for row in document["experiments"].values())
     )
-    assert set(document["experiments"]) == set(NAMES)
+    assert set(document["experiments"]) == set(EXPERIMENTS)
     assert "min on 2 processes" in captured.err
     assert not (tmp_path / "x").exists()
 
@@ -121,8 +120,8 @@ def row(seed, success, grasped=1, sim_time=10.0, reason=""):
 def test_typical_is_the_commonest_way_and_there_the_median():
     rows = [row(0, True, 2, 30.0), *(row(k, True, 1, 10.0 + k) for k in (1, 2, 3)), row(4, False, 0, 5.0, "no")]
     claim = next(claim for claim in CLAIMS if claim.name == "C1")
-    found = examples(claim, Evidence.of_rows(rows, [grasp("light_sphere")]))
-    assert [(example.kind, example.row.seed) for example in found] == [("success", 2), ("failure", 4)]
+    found = choose_examples(claim, Evidence.from_rows(rows, [grasp("light_sphere")]))
+    assert [(example.outcome, example.row.seed) for example in found] == [("success", 2), ("failure", 4)]
 
 
 def recorded(vertical, outcomes):
@@ -191,7 +190,7 @@ def test_a_small_real_run_can_be_continued_and_shows_what_it_found(tmp_path, mon
 
 
 def test_a_shortened_run_keeps_all_attempts_where_a_cell_is_judged_alone():
-    planned = {work.condition.config_hash: work.attempts for work in plan([experiment("fig10")], 20)}
+    planned = {work.condition.config_hash: work.attempts for work in plan([FIG10], 20)}
     for count, attempts in ((5, 20), (10, 10)):
         assert planned[spheres(0.06, "wall", SHOVEL, count).config_hash] == attempts
     assert planned[spheres(0.06, "none", SHOVEL, 5).config_hash] == 10

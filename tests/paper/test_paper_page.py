@@ -10,8 +10,10 @@ import pytest
 from browser import Browser, find_chromium
 from paper_world import rows as made
 from paper_world import standard, usual
-from pilegrasp_ctrl.scenarios.paper import NAMES, fig06, fig08, ledger
+from pilegrasp_ctrl.scenarios.paper import ledger
 from pilegrasp_ctrl.scenarios.paper.conditions import SHOVEL, grasp
+from pilegrasp_ctrl.scenarios.paper.figures_objects import strategy_pair, with_other_controller
+from pilegrasp_ctrl.scenarios.paper.plan import EXPERIMENTS
 from pilegrasp_ctrl.scenarios.paper.run import write_results
 from pilegrasp_ctrl.study.attempt import AttemptReport
 from pilegrasp_ctrl.study.store import StudyStore
@@ -58,7 +60,7 @@ def test_the_document_is_what_was_returned_and_holds_every_claim(written):
 
 def test_every_experiment_has_its_figure_as_svg_and_png(written):
     folder, document = written
-    assert list(document["figures"]) == list(NAMES)
+    assert list(document["figures"]) == list(EXPERIMENTS)
     for files in document["figures"].values():
         svg, png = (folder / file for file in files)
         assert "<svg" in svg.read_text()
@@ -95,7 +97,7 @@ def test_the_page_asks_for_nothing_and_its_parts_have_names_of_their_own(written
 
 
 def test_of_what_was_not_run_nothing_is_drawn(tmp_path):
-    with fill(tmp_path, lambda condition: condition == fig06.pair("cylinder", "wall")[0]) as store:
+    with fill(tmp_path, lambda condition: condition == strategy_pair("cylinder", "wall")[0]) as store:
         document = write_results(store, "command", 0, recordings=False)
     assert list(document["figures"]) == ["fig06"]
     assert [claim["id"] for claim in document["claims"] if claim["verdict"] != "not decided"] == ["C12", "C16"]
@@ -129,7 +131,7 @@ def test_the_page_fits_a_screen_and_complains_about_nothing(written, width):
 
 
 def test_swapped_controllers_are_not_the_hands_own():
-    assert {fig08.swapped(hand).scenario.controller.kind for hand in ("rbo_hand2", "shovel")} == {
+    assert {with_other_controller(hand).scenario.controller.kind for hand in ("rbo_hand2", "shovel")} == {
         "impedance",
         "operational_space",
     }

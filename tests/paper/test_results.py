@@ -3,9 +3,8 @@
 import json
 import lzma
 
-from pilegrasp_ctrl.scenarios.paper import NAMES, experiment
-from pilegrasp_ctrl.scenarios.paper.ledger import documents, ledger
-from pilegrasp_ctrl.scenarios.paper.run import gather
+from pilegrasp_ctrl.scenarios.paper.ledger import judge_claims, ledger_documents
+from pilegrasp_ctrl.scenarios.paper.run import gather_evidence
 from pilegrasp_ctrl.study.store import FILE, StudyStore
 from places import DOCS
 
@@ -15,7 +14,7 @@ RESULTS = DOCS / "results"
 def test_the_ledger_follows_from_the_attempts(tmp_path):
     (tmp_path / FILE).write_bytes(lzma.decompress((RESULTS / f"{FILE}.xz").read_bytes()))
     with StudyStore(tmp_path) as store:
-        claims = documents(ledger(gather(store, [experiment(name) for name in NAMES])))
+        claims = ledger_documents(judge_claims(gather_evidence(store)))
     kept = json.loads((RESULTS / "claims.json").read_text(encoding="utf-8"))["claims"]
     for claim in (*claims, *kept):
         # Of the recordings only some are kept.

@@ -1,0 +1,102 @@
+"""Fig. 2 and Table I: how the objects move while they are pushed (III), and orders from a tilted bin (V-H)."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from matplotlib.figure import Figure
+
+from pilegrasp_ctrl.config import load_scenario
+from pilegrasp_ctrl.scenarios.paper.charts import Palette, panels, put_legend_above, set_categories
+from pilegrasp_ctrl.scenarios.paper.conditions import SUPPORTS, grasp
+from pilegrasp_ctrl.scenarios.paper.evidence import Evidence, Sample
+from pilegrasp_ctrl.scenarios.paper.experiment import ROBOT, Experiment, ExperimentCondition
+from pilegrasp_ctrl.study.condition import Condition
+
+PUSHED = {support: grasp("light_sphere", support) for support in SUPPORTS}
+"""Conditions of Fig. 2 by support."""
+
+ORDER_NAMES = {
+    "light_sphere": "light spheres",
+    "heavy_sphere": "heavy spheres",
+    "cylinder": "cylinders",
+    "lime_net": "nets of limes",
+    "apple": "apples",
+}
+"""Object models of the orders in words."""
+PAPER_ATTEMPTS = dict(zip(ORDER_NAMES.values(), (4.3, 5.0, 9.0, 5.6, 7.6), strict=True))
+"""Mean number of attempts for an order of four, the paper's R (Table I)."""
+
+
+@cache
+def order_condition(object_model: str) -> Condition:
+    """Return the condition of an order: 18 objects, or five nets of three, in a bin that is tilted by 5 degrees.
+
+    An attempt of this condition is a whole order.
+    """
+    varied = {"pile.object": object_model, "pile.count": 15 if object_model == "lime_net" else 18}
+    return Condition(load_scenario("bin_picking", varied), varied)
+
+
+def attempts_per_order(sample: Sample) -> list[int]:
+    """Return how many attempts each order took, complete or not."""
+    return [len(row.result["attempts"]) for row in sample.rows if row.result is not None and "attempts" in row.result]
+
+
+def draw_motion(evidence: Evidence, palette: Palette) -> Figure:
+    """Draw the speed at which objects before the hand come nearer, and at which the others move away, by support."""
+    figure, (axes,) = panels(width=5.6)
+    for name, offset, colour, label in (
+        ("approach_speed", -0.12, palette.first, "inside the funnel: toward the hand"),
+        ("spread_speed", 0.12, palette.fourth, "outside: away from it"),
+    ):
+        found = [evidence.sample(PUSHED[support]).measures("motion", name) for support in SUPPORTS]
+        boxes = [[1000.0 * speed for speed in speeds] for speeds in found]
+        for place, speeds in enumerate(boxes):
+            axes.plot([place + offset] * len(speeds), speeds, "o", color=colour, markersize=4, alpha=0.5)
+            if speeds:
+                mean = sum(speeds) / len(speeds)
+                axes.plot([place + offset - 0.09, place + offset + 0.09], [mean, mean], color=colour)
+        axes.plot([], [], "o-", color=colour, markersize=4, label=label)
+    axes.axhline(0.0, color=palette.soft, linewidth=0.8)
+    set_categories(axes, SUPPORTS)
+    axes.set_ylabel("mean speed in a push [mm/s]")
+    axes.grid(axis="y")
+    put_legend_above(figure, axes)
+    return figure
+
+
+def draw_orders(evidence: Evidence, palette: Palette) -> Figure:
+    """Draw every order's attempts and their mean beside the paper's R."""
+    figure, (axes,) = panels(width=5.6)
+    for place, object_model in enumerate(ORDER_NAMES):
+        found = attempts_per_order(evidence.sample(order_condition(object_model)))
+        axes.plot([place - 0.1] * len(found), found, "o", color=palette.first, markersize=4, alpha=0.4)
+        if found:
+            axes.plot([place - 0.25, place + 0.05], 2 * [sum(found) / len(found)], color=palette.first)
+    axes.plot([], [], "o-", color=palette.first, markersize=4, label="orders and their mean")
+    stated = list(PAPER_ATTEMPTS.values())
+    axes.plot(range(len(ORDER_NAMES)), stated, "D", mfc="none", mec=palette.paper, label="paper")
+    axes.axhline(4.0, color=palette.soft, linewidth=0.8, linestyle=":")
+    set_categories(axes, [name.replace(" ", "\n", 1) for name in ORDER_NAMES.values()])
+    axes.set(ylabel="attempts for four objects", ylim=(0.0, None))
+    axes.grid(axis="y")
+    put_legend_above(figure, axes)
+    return figure
+
+
+MOTION_PATTERN = Experiment(
+    "motion_pattern",
+    "Fig. 2: the motion pattern",
+    "Objects in front of the hand are pushed toward it, the others spread; a support narrows the spread.",
+    tuple(ExperimentCondition(condition, ROBOT) for condition in PUSHED.values()),
+    draw_motion,
+)
+TABLE1 = Experiment(
+    "table1",
+    "Table I: orders of four from a tilted bin",
+    "R = 4.3 light spheres, 5 heavy spheres, 9 cylinders, 5.6 limes, 7.6 apples; 4 is perfect. Three sessions each.",
+    tuple(ExperimentCondition(order_condition(object_model), ROBOT, 0.75) for object_model in ORDER_NAMES),
+    draw_orders,
+)
+EXPERIMENTS = (MOTION_PATTERN, TABLE1)
