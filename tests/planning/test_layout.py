@@ -1,4 +1,4 @@
-"""Every pile of the paper's grids lies where the arm can push it, from wherever it is pushed."""
+"""The layout: the base is behind each push, and every pile of the paper's experiments is within reach."""
 
 import numpy as np
 import pytest
@@ -62,10 +62,11 @@ def test_a_wide_frame_keeps_clear_of_the_arm(kind):
 
 
 @pytest.mark.parametrize(
-    ("kind", "count", "mass"), [*((kind, n, 0.06) for kind in KINDS for n in (3, 30)), ("corner", 60, 0.06)]
+    ("kind", "count"),
+    [*((kind, n) for kind in KINDS for n in (3, 30)), pytest.param("corner", 60, marks=pytest.mark.slow)],
 )
-def test_spheres_of_any_number_are_within_reach(kind, count, mass):
-    attempt = prepare(load_scenario("spheres_wall", {"support.kind": kind, "pile.count": count, "pile.mass": mass}), 0)
+def test_spheres_of_any_number_are_within_reach(kind, count):
+    attempt = prepare(load_scenario("spheres_wall", {"support.kind": kind, "pile.count": count, "pile.mass": 0.06}), 0)
     assert attempt.plan.primitives[1].travel > 0.1
 
 
