@@ -78,7 +78,7 @@ def _spread(indices: list[int]) -> list[int]:
 def _moments(recording: Recording) -> list[int]:
     """Return the frames that must be seen: some at equal distances, and the ends of the primitives."""
     times = recording.frame_time
-    ends = [phase.end for phase in summarize(recording.meta).phases]
+    ends = [row.end for row in summarize(recording.meta).primitives]
     return [
         int(k)
         for k in np.searchsorted(times, [*np.linspace(times[0], times[-1], _FRAMES), *ends]).clip(0, len(times) - 1)

@@ -80,7 +80,7 @@ class Chromium:
     def __init__(self, executable: str, *flags: str, timeout: float = 60.0) -> None:
         self.timeout = timeout
         self.events: list[dict[str, Any]] = []
-        self._executable = executable
+        self.executable = executable
         self._profile = tempfile.TemporaryDirectory(prefix="chromium-", ignore_cleanup_errors=True)
         to_browser, self._out = os.pipe()
         self._in, from_browser = os.pipe()
@@ -140,11 +140,11 @@ class Chromium:
     def _receive(self) -> dict[str, Any]:
         while b"\0" not in self._buffer:
             if not select.select([self._in], [], [], self.timeout)[0]:
-                raise ExportError(f"the browser {self._executable} does not answer for {self.timeout:.0f} s; try again")
+                raise ExportError(f"the browser {self.executable} does not answer for {self.timeout:.0f} s; try again")
             block = os.read(self._in, 1 << 20)
             if not block:
                 raise ExportError(
-                    f"the browser {self._executable} ended by itself; "
+                    f"the browser {self.executable} ended by itself; "
                     "see whether it starts with --headless, or name another in PILEGRASP_CHROMIUM"
                 )
             self._buffer += block
@@ -199,7 +199,7 @@ class Chromium:
         self.resize(width, height)
         failure = self.call("Page.navigate", url=file.resolve().as_uri()).get("errorText")
         if failure:
-            raise ExportError(f"the browser {self._executable} cannot open {file}: {failure}")
+            raise ExportError(f"the browser {self.executable} cannot open {file}: {failure}")
         self.wait_for("document.readyState === 'complete'")
         self.wait_for_picture()
 

@@ -1,4 +1,4 @@
-"""One picture of an attempt: the moments that tell what happened, side by side, under the verdict."""
+"""A contact sheet: one picture of an attempt, with the moments that tell what happened side by side."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.files import write_whole
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.stills import Progress, Stills
-from pilegrasp_ctrl.viewer.summary import Phase, Summary, summarize
+from pilegrasp_ctrl.viewer.summary import PrimitiveRow, Summary, summarize
 
-TILES = 9
-"""Moments between the primitives' ends are added up to this number."""
+USUAL_TILES = 9
+"""Number of tiles up to which moments between the primitives' ends are added; chosen: three rows of three."""
 
-MOST_TILES = 24
-"""A recording may name any number of primitives; of more than fit, the first are shown and the end."""
+MAX_TILES = 24
+"""Largest number of tiles; chosen. A recording with more moments shows the first of them and its end."""
 
-_SAME = 0.05
-"""Moments nearer than this [s] are one: nothing that can be seen happens between them."""
+SAME_MOMENT = 0.05
+"""Difference in time below which two moments share a tile [s]; nothing visible happens between them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """A tile: `time` [s], up to two lines of words, and whether a primitive failed here."""
+    """A tile of the sheet: its `time` [s], up to two lines of words, and whether a primitive failed then."""
 
     time: float
     words: tuple[str, ...]
@@ -43,41 +43,42 @@ def title(summary: Summary) -> str:
     return summary.scenario + (f", seed {summary.seed}" if summary.seed else "")
 
 
-def _ending(phase: Phase) -> str:
-    cause = plain(phase.trigger)
-    return f"{phase.name} {'failed' if phase.failed else 'ends'}{f': {cause}' if cause else ''}"
+def _ending(row: PrimitiveRow) -> str:
+    cause = plain(row.trigger)
+    return f"{row.name} {'failed' if row.failed else 'ends'}{f': {cause}' if cause else ''}"
 
 
 def moments(recording: Recording) -> tuple[Moment, ...]:
     """Return the moments to show, in order: first and last frame, start and end of each primitive, and some between.
 
-    A primitive that begins where another ends shares its moment. What lies outside the recorded frames is left out.
+    A primitive that begins when another ends shares its moment. Moments outside the recorded frames are left out.
     """
     first, last = float(recording.frame_time[0]), float(recording.frame_time[-1])
-    phases = summarize(recording.meta).phases
+    rows = summarize(recording.meta).primitives
     marks = [(first, "", False), (last, "", False)]
-    for phase in phases:
-        marks.append((phase.start, f"{phase.name} begins", False))
-        marks.append((phase.end, _ending(phase), phase.failed))
+    for row in rows:
+        marks.append((row.start, f"{row.name} begins", False))
+        marks.append((row.end, _ending(row), row.failed))
     # Frames are up to a period apart from a primitive's end, so an end just behind the last frame still counts.
-    marks = sorted((mark for mark in marks if first - _SAME <= mark[0] <= last + _SAME), key=lambda mark: mark[0])
+    shown = (mark for mark in marks if first - SAME_MOMENT <= mark[0] <= last + SAME_MOMENT)
+    marks = sorted(shown, key=lambda mark: mark[0])
     found: list[Moment] = []
     for time, word, failed in marks:
         time = min(max(time, first), last)
         words = (word,) if word else ()
-        if found and time - found[-1].time < _SAME:
+        if found and time - found[-1].time < SAME_MOMENT:
             before = found.pop()
             found.append(Moment(before.time, before.words + words, before.failed or failed))
         else:
             found.append(Moment(time, words, failed))
-    if len(found) > MOST_TILES:
-        found = [*found[: MOST_TILES - 1], found[-1]]
-    while 1 < len(found) < TILES:
+    if len(found) > MAX_TILES:
+        found = [*found[: MAX_TILES - 1], found[-1]]
+    while 1 < len(found) < USUAL_TILES:
         gap, index = max((b.time - a.time, k) for k, (a, b) in enumerate(pairwise(found)))
-        if gap < 4 * _SAME:
+        if gap < 4 * SAME_MOMENT:
             break
         time = 0.5 * (found[index].time + found[index + 1].time)
-        name = next((phase.name for phase in phases if phase.start <= time < phase.end), "")
+        name = next((row.name for row in rows if row.start <= time < row.end), "")
         found.insert(index + 1, Moment(time, (name,) if name else ()))
     return tuple(found)
 
@@ -86,7 +87,7 @@ def write_png(recording: Recording, path: str | os.PathLike[str], progress: Prog
     """Write the contact sheet as PNG, all of it or nothing.
 
     Raises:
-        ExportError: where no Chromium is found, it cannot draw, or the place cannot be written.
+        ExportError: No Chromium is found, it cannot draw, or the place cannot be written.
     """
     summary = summarize(recording.meta)
     shown = moments(recording)

@@ -10,9 +10,8 @@ from pilegrasp_ctrl.files import VIEWS
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.chromium import require_chromium
 from pilegrasp_ctrl.viewer.contact_sheet import write_png
-from pilegrasp_ctrl.viewer.ffmpeg import require_ffmpeg
 from pilegrasp_ctrl.viewer.html import write_html
-from pilegrasp_ctrl.viewer.movie import write_gif, write_mp4
+from pilegrasp_ctrl.viewer.movie import require_ffmpeg, write_gif, write_mp4
 from pilegrasp_ctrl.viewer.stills import Progress
 
 

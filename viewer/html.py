@@ -17,8 +17,8 @@ from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.files import write_whole
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.commands import commands, pack
-from pilegrasp_ctrl.viewer.contact_block import contact_block
 from pilegrasp_ctrl.viewer.motion import with_motion
+from pilegrasp_ctrl.viewer.overlays import contact_block
 from pilegrasp_ctrl.viewer.panel import panel_data, panel_html
 from pilegrasp_ctrl.viewer.summary import Summary, summarize
 

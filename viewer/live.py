@@ -26,10 +26,9 @@ from pilegrasp_ctrl.recording import Body, Recording
 from pilegrasp_ctrl.types import rotation_matrices
 from pilegrasp_ctrl.viewer.camera import view
 from pilegrasp_ctrl.viewer.commands import commands, node_path, pack
-from pilegrasp_ctrl.viewer.fingers import tubes
 from pilegrasp_ctrl.viewer.html import own_script, viewer_script
 from pilegrasp_ctrl.viewer.live_server import Audience, application
-from pilegrasp_ctrl.viewer.shapes import column_major
+from pilegrasp_ctrl.viewer.shapes import column_major, tubes
 
 LOOPBACK = "127.0.0.1"
 

@@ -60,7 +60,7 @@ const makeOverlays = (() => {
     return { show: (on) => (object.visible = on), update() {} };
   }
 
-  // The block is described in contact_block.py.
+  // The block is described in overlays.py.
   function readContacts(bytes) {
     const numbers = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
     const frames = numbers.getUint32(0, true);

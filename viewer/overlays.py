@@ -1,7 +1,8 @@
-"""What no camera sees: the force on the hand as an arrow, and the way of the tool as a line."""
+"""What no camera sees: the wrench on the hand as arrows, the path of the tool as a line, and the contact forces."""
 
 from __future__ import annotations
 
+import struct
 from typing import Any
 
 import numpy as np
@@ -13,20 +14,39 @@ from pilegrasp_ctrl.viewer.animation import Track, packed, pose_tracks, vector_t
 from pilegrasp_ctrl.viewer.shapes import column_major, group, material
 
 METERS_PER_NEWTON = 0.01
+"""Length of an arrow of force [m/N]; chosen: an F_grasp of 17 N is about as long as the hand."""
+
 METERS_PER_NEWTON_METER = 0.1
+"""Length of an arrow of moment [m/(N·m)]; chosen."""
+
 FORCE_COLOR, MOMENT_COLOR = 0xD62728, 0x8E24AA
 TOOL_COLOR, REFERENCE_COLOR = 0x1F77B4, 0x111111
 
-_SHAFT_RADIUS = 0.006
-_HEAD_LENGTH = 0.04
-_LONGEST = 0.6
-_HIDDEN = 1e-4
+SHAFT_RADIUS = 0.006
+"""Radius of an arrow's shaft [m]; a short arrow is thinner."""
+
+HEAD_LENGTH = 0.04
+"""Length of an arrow's head [m]; a short arrow has a shorter one."""
+
+LONGEST_ARROW = 0.6
+"""Length at which an arrow is cut [m]."""
+
+SHORTEST_ARROW = 1e-4
+"""Length of an arrow for no force [m]: a scale of zero has no inverse."""
+
+LEAST_FORCE = 0.2
+"""Force below which an arrow keeps its direction [N], because noise would turn it; chosen."""
+
+CONTACT_METERS, CONTACT_NEWTONS = 1e-4, 1e-2
+"""Units of the whole numbers in a block of contacts [m, N]; 16 bits hold 3.2 m and 327 N."""
+
+LARGEST_INT16 = 32767
 
 
 def direction_quaternions(vectors: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return wxyz quaternions (F, 4) that turn +z into the vectors (F, 3); short vectors keep the direction before."""
+    """Return wxyz quaternions (F, 4) that turn +z into forces (F, 3) [N]; a small force keeps the last direction."""
     length = np.linalg.norm(vectors, axis=1)
-    direction = np.where(length[:, None] > 0.2, vectors / np.maximum(length, 1e-9)[:, None], np.nan)
+    direction = np.where(length[:, None] > LEAST_FORCE, vectors / np.maximum(length, 1e-9)[:, None], np.nan)
     last = np.array([0.0, 0.0, 1.0])
     for row in direction:
         if np.isnan(row[0]):
@@ -40,7 +60,7 @@ def direction_quaternions(vectors: NDArray[np.float64]) -> NDArray[np.float32]:
 
 
 def _arrow_parts(color: int) -> tuple[dict[str, Any], dict[str, Any]]:
-    # Drawn over everything, as the hand would hide it.
+    # It is drawn over everything, because the hand would hide it.
     look = material("m0", color, type="MeshBasicMaterial", depthTest=False, transparent=True, opacity=0.9)
     upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
@@ -66,10 +86,10 @@ Drawing = tuple[list[dict[str, Any]], dict[str, list[Track]]]
 def _arrow(
     root: str, times: NDArray[np.float32], origin: NDArray[np.float64], vectors: NDArray[np.float64], color: int
 ) -> Drawing:
-    """Return an arrow along the vectors (F, 3) [m] from the origins (F, 3) [m]; a long one is cut."""
-    length = np.clip(np.linalg.norm(vectors, axis=1), _HIDDEN, _LONGEST)
-    head = np.minimum(_HEAD_LENGTH, length / 2)
-    width = np.minimum(_SHAFT_RADIUS, length / 6)
+    """Return an arrow along the vectors (F, 3) [m] from the origins (F, 3) [m], cut at `LONGEST_ARROW`."""
+    length = np.clip(np.linalg.norm(vectors, axis=1), SHORTEST_ARROW, LONGEST_ARROW)
+    head = np.minimum(HEAD_LENGTH, length / 2)
+    width = np.minimum(SHAFT_RADIUS, length / 6)
     shaft = np.stack([width, width, length - head], axis=1).astype(np.float32)
     place = np.stack([np.zeros_like(head), np.zeros_like(head), length - head], axis=1).astype(np.float32)
     size = np.repeat(head[:, None], 3, axis=1).astype(np.float32)
@@ -102,10 +122,10 @@ def _arrow(
 
 
 def wrist_wrench(recording: Recording, times: NDArray[np.float32]) -> Drawing:
-    """Return two arrows at the wrist sensor: the force and the moment on the hand; nothing without a wrench.
+    """Return two arrows at the wrist sensor, the force and the moment on the hand; nothing without a wrench.
 
-    They point where the environment pushes the hand, 1 cm for a newton, and along the axis about which it turns it,
-    10 cm for a newton metre. A recording without a sensor's body has them at the tool.
+    The force points where the environment pushes the hand, 1 cm for a newton. The moment points along the axis about
+    which the environment turns it, 10 cm for a newton metre. Without a sensor's body the arrows are at the tool.
     """
     wrench = signal_at(recording, "wrench", recording.frame_time, 6)
     sensors = [index for index, body in enumerate(recording.bodies) if body.role == "sensor"]
@@ -129,7 +149,7 @@ def wrist_wrench(recording: Recording, times: NDArray[np.float32]) -> Drawing:
 
 
 def tool_paths(recording: Recording) -> list[dict[str, Any]]:
-    """Return the commands that draw the tool's way and the reference's; what the recording lacks is left out."""
+    """Return the commands that draw the paths of the tool and of its reference, where they were recorded."""
     drawn = []
     for name, signal, color in (
         ("reference", "reference_position", REFERENCE_COLOR),
@@ -152,3 +172,33 @@ def tool_paths(recording: Recording) -> list[dict[str, Any]]:
 
 def _points(track: Track) -> dict[str, Any]:
     return {"itemSize": 3, "type": "Float32Array", "array": packed(track.values), "normalized": False}
+
+
+def contact_block(recording: Recording) -> bytes:
+    """Return the contacts as bytes that the page's script reads; nothing if none were recorded.
+
+    All numbers are little-endian. The block holds F as uint32, then the number of contacts of each frame as uint16.
+    For all contacts follow the positions [0.1 mm] and the forces on the first bodies [0.01 N], three int16 each. One
+    byte each ends the block: 0 if the first body belongs to the arm or the hand, 1 if it is an object on a support, 2
+    between two objects. Contacts beyond 3.2 m are left out, and forces are cut at 327 N.
+    """
+    contacts = recording.contacts
+    if contacts is None:
+        return b""
+    near = (np.abs(contacts.position) < CONTACT_METERS * LARGEST_INT16).all(axis=1)
+    frame = np.repeat(np.arange(contacts.frames), np.diff(contacts.start))
+    count = np.bincount(frame[near], minlength=contacts.frames).clip(0, 65535)
+    movable = np.array([body.role == "object" for body in recording.bodies])
+    arm_or_hand = np.array([body.role in ("arm", "hand", "sensor") for body in recording.bodies])
+    first, second = contacts.bodies[near].T
+    code = np.where(arm_or_hand[first], 0, np.where(movable[first] & movable[second], 2, 1))
+    force = np.clip(contacts.force[near].astype(np.float64) / CONTACT_NEWTONS, -LARGEST_INT16, LARGEST_INT16)
+    return b"".join(
+        (
+            struct.pack("<I", contacts.frames),
+            count.astype("<u2").tobytes(),
+            np.round(contacts.position[near] / CONTACT_METERS).astype("<i2").tobytes(),
+            np.round(force).astype("<i2").tobytes(),
+            code.astype("u1").tobytes(),
+        )
+    )

@@ -50,16 +50,16 @@ function makePanel(root, data, blocks) {
   }
 
   function words(moment) {
-    const phase = data.phases.find(({ start, end }) => moment >= start && moment < end);
+    const primitive = data.primitives.find(({ start, end }) => moment >= start && moment < end);
     const force = data.force ? data.force[Math.min(lastFrame(data.frameTime, moment - 1e-4) + 1, data.force.length - 1)].toFixed(1) : null;
     const spoken = force === null ? "" : ` · push force ${force.replace("-", "−").replace("−0.0", "0.0")} N`;
-    return `${moment.toFixed(2)} s${phase ? ` · ${phase.name}` : ""}${spoken}`;
+    return `${moment.toFixed(2)} s${primitive ? ` · ${primitive.name}` : ""}${spoken}`;
   }
 
   function show(moment) {
     const own = Math.max(data.start, Math.min(data.end, moment));
     cursor.style.left = `${(100 * (moment - windowStart)) / (windowEnd - windowStart)}%`;
-    data.phases.forEach(({ start, end }, index) => rows[index].classList.toggle("now", own >= start && own < end));
+    data.primitives.forEach(({ start, end }, index) => rows[index].classList.toggle("now", own >= start && own < end));
     find(".moment").textContent = words(own);
     if (!panel.viewer) return;
     const elapsed = Math.min(own - data.start, span);

@@ -1,4 +1,4 @@
-"""One attempt on a page: its head, the place of its scene, its timeline and table, and what the page's script needs."""
+"""One attempt on a page: head, scene, timeline and table as HTML, and the values that the page's script needs."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from pilegrasp_ctrl.analysis.reading import plain, signal_at, text
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.camera import view
 from pilegrasp_ctrl.viewer.commands import node_path
-from pilegrasp_ctrl.viewer.fingers import tubes
 from pilegrasp_ctrl.viewer.lane import scalar_signal
 from pilegrasp_ctrl.viewer.motion import forward, push_frame
-from pilegrasp_ctrl.viewer.summary import Phase, Summary, separated
+from pilegrasp_ctrl.viewer.shapes import tubes
+from pilegrasp_ctrl.viewer.summary import PrimitiveRow, Summary, separated
 from pilegrasp_ctrl.viewer.timeline import styles, timeline
 
 _HERE = Path(__file__).parent
@@ -28,14 +28,14 @@ def _quantity(value: float | None, scale: float, pattern: str) -> str:
     return "–" if value is None else format(scale * value, pattern)
 
 
-def _row(phase: Phase, style: str) -> str:
-    cause = escape(plain(phase.trigger)) or "–"
+def _row(row: PrimitiveRow, style: str) -> str:
+    cause = escape(plain(row.trigger)) or "–"
     return (
-        f'<tr class="{"failed" if phase.failed else ""}"><th scope="row">'
-        f'<button type="button" data-seek="{phase.start:.4f}"><i class="chip {style}"></i>'
-        f"{escape(phase.name)}</button></th>"
-        f"<td>{'failed: ' if phase.failed else ''}{cause}</td><td>{phase.start:.2f}–{phase.end:.2f}</td>"
-        f"<td>{_quantity(phase.travel, 1e3, '.0f')}</td><td>{_quantity(phase.peak_force, 1.0, '.1f')}</td></tr>"
+        f'<tr class="{"failed" if row.failed else ""}"><th scope="row">'
+        f'<button type="button" data-seek="{row.start:.4f}"><i class="chip {style}"></i>'
+        f"{escape(row.name)}</button></th>"
+        f"<td>{'failed: ' if row.failed else ''}{cause}</td><td>{row.start:.2f}–{row.end:.2f}</td>"
+        f"<td>{_quantity(row.travel, 1e3, '.0f')}</td><td>{_quantity(row.peak_force, 1.0, '.1f')}</td></tr>"
     )
 
 
@@ -45,7 +45,7 @@ def _pairs(pairs: tuple[tuple[str, str], ...]) -> str:
 
 def panel_html(recording: Recording, summary: Summary, window: tuple[float, float], with_help: bool) -> str:
     """Return the panel as HTML; its timeline shows the window between two times [s]."""
-    rows = "".join(_row(phase, style) for phase, style in zip(summary.phases, styles(summary.phases), strict=True))
+    rows = "".join(_row(row, style) for row, style in zip(summary.primitives, styles(summary.primitives), strict=True))
     return Template((_HERE / "panel.html").read_text(encoding="utf-8")).substitute(
         state=STATES[summary.success],
         scenario=escape(summary.scenario),
@@ -76,7 +76,7 @@ def panel_data(recording: Recording, summary: Summary) -> dict[str, Any]:
         "view": view(recording),
         "frameTime": np.round(times, 4).tolist(),
         "force": None if force is None else np.round(np.interp(times, recording.signal_time, force), 2).tolist(),
-        "phases": [{"name": p.name, "start": p.start, "end": p.end} for p in summary.phases],
+        "primitives": [{"name": row.name, "start": row.start, "end": row.end} for row in summary.primitives],
         "objects": [path for path, body in zip(paths, recording.bodies, strict=True) if body.role == "object"],
         "tubes": tubes(recording, paths),
         "forward": forward(recording),

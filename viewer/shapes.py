@@ -1,8 +1,10 @@
-"""Primitives as three.js objects: geometry, colour, and two tones on the objects so that rolling can be seen."""
+"""Bodies as three.js objects: two tones on what rolls, and a soft finger's capsules as one bent tube."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from itertools import pairwise
 from math import cos, pi, sin
 from typing import Any
 
@@ -14,11 +16,13 @@ from pilegrasp_ctrl.types import rotation_matrices
 
 Color = tuple[float, float, float, float]
 
-# Okabe and Ito's palette for colour-blind readers (2008), without black, and three tones between.
 PALETTE = (0xE69F00, 0x56B4E9, 0x009E73, 0xF0E442, 0x0072B2, 0xD55E00, 0xCC79A7, 0x9ACD5B, 0x8E7CC3, 0xB5651D)
+"""Okabe and Ito's palette for colour-blind readers (2008), without black, and three tones between."""
 
-# Half the side of a plane without end, as drawn [m].
-ENDLESS = 1.5
+ENDLESS_PLANE = 1.5
+"""Half the side with which an endless plane is drawn [m]."""
+
+_NUMBERED = re.compile(r"(.+)_(\d+)")
 
 
 def column_major(
@@ -90,7 +94,7 @@ def _geometry(shape: Shape, part: int, parts: int) -> dict[str, Any]:
                 "phiLength": length,
             }
         case "plane":
-            width, height = (2 * (half or ENDLESS) for half in shape.size)
+            width, height = (2 * (half or ENDLESS_PLANE) for half in shape.size)
             return {"type": "PlaneGeometry", "width": width, "height": height}
     width, height, depth = (2 * half for half in shape.size)
     return {"type": "BoxGeometry", "width": width / parts, "height": height, "depth": depth}
@@ -156,3 +160,64 @@ def group(
         "materials": materials,
         "object": {"type": "Group", "children": children},
     }
+
+
+def fingers(bodies: tuple[Body, ...]) -> list[list[int]]:
+    """Return the body indices of each finger's segments, from base to tip.
+
+    A finger is a run of at least two bodies of the hand that have one capsule each and are numbered under one name, as
+    in `index_1`, `index_2`.
+    """
+    found: list[list[int]] = []
+    last: tuple[str, int] | None = None
+    for index, body in enumerate(bodies):
+        match = _NUMBERED.fullmatch(body.name)
+        if body.role != "hand" or len(body.shapes) != 1 or body.shapes[0].kind != "capsule" or match is None:
+            last = None
+            continue
+        stem, number = match[1], int(match[2])
+        if last == (stem, number - 1):
+            found[-1].append(index)
+        else:
+            found.append([index])
+        last = (stem, number)
+    return [chain for chain in found if len(chain) > 1]
+
+
+def _ends(body: Body) -> NDArray[np.float64]:
+    """Return the two ends (2, 3) of the capsule's axis in the body's frame [m]."""
+    shape = body.shapes[0]
+    axis = shape.size[1] * rotation_matrices(shape.quaternion)[:, 2]
+    return np.asarray(shape.position) + np.stack([-axis, axis])
+
+
+def tubes(recording: Recording, paths: list[str]) -> list[dict[str, Any]]:
+    """Return what the page needs to draw the fingers, given the bodies' paths in the scene tree.
+
+    Each finger has a `color` and `segments`. A segment has its `path`, its `radius` [m] and the two `ends` of its axis
+    in its own frame [m], the one nearer to the base first.
+    """
+    result = []
+    for chain in fingers(recording.bodies):
+        ends = [_ends(recording.bodies[index]) for index in chain]
+        placed = [
+            recording.body_position[0, index] + axis @ rotation_matrices(recording.body_quaternion[0, index]).T
+            for index, axis in zip(chain, ends, strict=True)
+        ]
+        middles = [points.mean(axis=0) for points in placed]
+        # The far end of a segment is the one nearer to the next; the tip's is the one farther from the one before.
+        turned = [
+            np.linalg.norm(points[0] - after) < np.linalg.norm(points[1] - after)
+            for points, (_, after) in zip(placed, pairwise(middles), strict=False)
+        ]
+        turned.append(np.linalg.norm(placed[-1][1] - middles[-2]) < np.linalg.norm(placed[-1][0] - middles[-2]))
+        segments = [
+            {
+                "path": paths[index],
+                "radius": round(recording.bodies[index].shapes[0].size[0], 5),
+                "ends": np.round(axis[::-1] if backward else axis, 5).tolist(),
+            }
+            for index, axis, backward in zip(chain, ends, turned, strict=True)
+        ]
+        result.append({"color": hex_color(recording.bodies[chain[0]].shapes[0].rgba), "segments": segments})
+    return result

@@ -1,11 +1,11 @@
-"""The page of a recording in a browser without a window, held at moments of its own clock."""
+"""Still pictures of a recording, drawn by a browser without a window from the page that shows it."""
 
 from __future__ import annotations
 
 import base64
 import json
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -15,17 +15,20 @@ from pilegrasp_ctrl.viewer.chromium import Chromium, require_chromium
 from pilegrasp_ctrl.viewer.html import own_script, write_html
 
 Progress = Callable[[int, int], None]
-"""Called with the number of pictures that are done and the number of all."""
+"""Called with the number of finished pictures and the number of all."""
+
+THUMBNAIL_SIZE = (320, 200)
+"""Width and height of a thumbnail [px]: twice what the page of a study shows, for screens with small pixels."""
 
 
 class Stills:
-    """A context manager that draws the very page that `write_html` writes; pictures are PNG bytes.
+    """A context manager that draws the page that `write_html` writes; pictures are PNG bytes.
 
-    Each picture is drawn and read in one task of the page's script after its clock was set, so what it shows depends on
-    the moment only, not on how fast the machine draws.
+    The page's script sets its clock, draws a picture and reads it in one task. A picture therefore depends on its
+    moment only, not on how fast the machine draws.
 
     Raises:
-        ExportError: where no Chromium is found, or it cannot draw the scene.
+        ExportError: No Chromium is found, or it cannot draw the scene.
     """
 
     def __init__(self, recording: Recording) -> None:
@@ -37,10 +40,7 @@ class Stills:
             write_html(recording, page)
             self._browser = Chromium(executable)
             self._browser.open(page)
-            if not self._browser.evaluate("pilegrasp.ready.then(() => Boolean(pilegrasp.viewer))"):
-                raise ExportError(f"the browser {executable} cannot draw the scene, as WebGL is off in it; use another")
-            self._browser.evaluate("pilegrasp.pause()")
-            self._browser.evaluate(own_script("picture.js") + "undefined")
+            _prepare(self._browser)
         except BaseException:
             self.close()
             raise
@@ -58,7 +58,8 @@ class Stills:
         self._folder.cleanup()
 
     def _draw(self, method: str, *arguments: Any) -> Any:
-        assert self._browser is not None
+        if self._browser is None:
+            raise ExportError("the browser that draws the pictures is closed; draw inside the `with` block")
         return self._browser.evaluate(f"picture.{method}({', '.join(map(json.dumps, arguments))})")
 
     def open_movie(self, width: int, height: int) -> None:
@@ -66,7 +67,7 @@ class Stills:
         self._draw("openMovie", width, height)
 
     def frame(self, time: float, note: str = "", ink: str = "soft") -> bytes:
-        """Return the scene at `time` [s] with the page's words on it below, and a note in one of the page's colours."""
+        """Return the scene at `time` [s] above the page's words on it and a note in one of the page's colours."""
         return base64.b64decode(self._draw("frame", time, note, ink))
 
     def open_sheet(self, count: int, head: Mapping[str, str]) -> None:
@@ -80,3 +81,32 @@ class Stills:
     def sheet(self) -> bytes:
         """Return the contact sheet."""
         return base64.b64decode(self._draw("png"))
+
+
+def thumbnails(pages: Sequence[Path], progress: Progress | None = None) -> list[bytes]:
+    """Return a JPEG of the last moment of each page.
+
+    Raises:
+        ExportError: No Chromium is found, or it cannot draw.
+    """
+    pictures: list[bytes] = []
+    if not pages:
+        return pictures
+    with Chromium(require_chromium()) as browser:
+        for index, page in enumerate(pages):
+            browser.open(page, 640, 480)
+            _prepare(browser)
+            pictures.append(base64.b64decode(browser.evaluate("picture.thumbnail({}, {})".format(*THUMBNAIL_SIZE))))
+            if progress:
+                progress(index + 1, len(pages))
+    return pictures
+
+
+def _prepare(browser: Chromium) -> None:
+    """Stop the clock of the page that is open, and load the script that draws pictures."""
+    if not browser.evaluate("pilegrasp.ready.then(() => Boolean(pilegrasp.viewer))"):
+        raise ExportError(
+            f"the browser {browser.executable} cannot draw the scene, because WebGL is off in it; use another"
+        )
+    browser.evaluate("pilegrasp.pause()")
+    browser.evaluate(own_script("picture.js") + "undefined")

@@ -1,4 +1,4 @@
-"""What a recording's meta says, read without trusting it: a page must show a recording that lacks or garbles a key."""
+"""The head of a page: verdict, facts, primitives and events. The meta that it reads may lack or garble any key."""
 
 from __future__ import annotations
 
@@ -13,8 +13,18 @@ from pilegrasp_ctrl.recording import Recording
 
 
 @dataclass(frozen=True, slots=True)
-class Phase:
-    """One primitive as it ran, from `start` to `end` [s]; `travel` [m] and `peak_force` [N] may be unknown."""
+class PrimitiveRow:
+    """A row of the page's table: one primitive as it ran.
+
+    Attributes:
+        name: Name of the primitive.
+        failed: Whether it failed.
+        trigger: What ended it; may be empty.
+        start: Time of its start [s].
+        end: Time of its end [s].
+        travel: Distance that the tool moved [m], if known.
+        peak_force: Largest force [N], if known.
+    """
 
     name: str
     failed: bool
@@ -27,7 +37,7 @@ class Phase:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happened at a moment: `kind` is end, failure, separation or saturation."""
+    """A mark on the timeline: `kind` is "end", "failure", "separation" or "saturation"."""
 
     time: float
     kind: str
@@ -44,20 +54,20 @@ class Summary:
     verdict: str
     reason: str
     grasp_force: float | None
-    phases: tuple[Phase, ...]
+    primitives: tuple[PrimitiveRow, ...]
     facts: tuple[tuple[str, str], ...]
     versions: tuple[tuple[str, str], ...]
 
 
-def phases(outcomes: Any) -> tuple[Phase, ...]:
-    """Return the primitives that can be drawn; rows without a name, a start or an end are left out."""
+def primitive_rows(outcomes: Any) -> tuple[PrimitiveRow, ...]:
+    """Return the primitives that can be drawn: those with a name, a start and an end."""
     rows = []
     for row in outcomes if isinstance(outcomes, list) else []:
         start, end = number(lookup(row, "start")), number(lookup(row, "end"))
         name = text(lookup(row, "name"), 40)
         if name and start is not None and end is not None and end >= start:
             rows.append(
-                Phase(
+                PrimitiveRow(
                     name=name,
                     failed=lookup(row, "status") == "failed",
                     trigger=text(lookup(row, "trigger"), 120),
@@ -71,18 +81,18 @@ def phases(outcomes: Any) -> tuple[Phase, ...]:
 
 
 def separated(meta: Mapping[str, Any]) -> tuple[str, float] | None:
-    """Return the name of the object that separated from the pile and since when [s], where that was noted."""
+    """Return the name of the object that separated from the pile and the time since then [s], if it is known."""
     name, time = (lookup(meta, f"motion.separated.{key}") for key in ("object", "time"))
     moment = number(time)
     return (name, moment) if isinstance(name, str) and moment is not None else None
 
 
-def events(recording: Recording, rows: tuple[Phase, ...]) -> list[Event]:
+def events(recording: Recording, rows: tuple[PrimitiveRow, ...]) -> list[Event]:
     """Return what happened during a recording, in order of time."""
     found = []
-    for phase in rows:
-        cause = plain(phase.trigger) or ("failed" if phase.failed else "ended")
-        found.append(Event(phase.end, "failure" if phase.failed else "end", f"{phase.name}: {cause}"))
+    for row in rows:
+        cause = plain(row.trigger) or ("failed" if row.failed else "ended")
+        found.append(Event(row.end, "failure" if row.failed else "end", f"{row.name}: {cause}"))
     if apart := separated(recording.meta):
         found.append(Event(apart[1], "separation", f"{text(apart[0], 40)} separates from the pile"))
     saturated = recording.signals.get("sensor_saturated")
@@ -100,8 +110,8 @@ def _verdict(success: bool | None, grasped: float | None) -> str:
     return f"{word}: {int(grasped)} object{'s' if grasped > 1 else ''} held"
 
 
-def _ending(success: bool | None, reason: str, rows: tuple[Phase, ...]) -> str:
-    """Return why and when the attempt ended; the last primitive speaks where no reason was recorded."""
+def _ending(success: bool | None, reason: str, rows: tuple[PrimitiveRow, ...]) -> str:
+    """Return why and when the attempt ended; without a recorded reason, the trigger of the last primitive says why."""
     if not rows:
         return reason
     last = rows[-1]
@@ -130,7 +140,7 @@ _FACTS = (
 
 
 def summarize(meta: Mapping[str, Any]) -> Summary:
-    """Read the head of a page from a recording's meta; missing keys leave gaps and raise nothing."""
+    """Return the head of a page; a missing key leaves a gap and raises nothing."""
     config = meta.get("config")
     success = meta.get("success")
     success = success if isinstance(success, bool) else None
@@ -148,7 +158,7 @@ def summarize(meta: Mapping[str, Any]) -> Summary:
     grasp_force = number(meta.get("grasp_force"))
     if grasp_force is None:
         grasp_force = number(lookup(config, "strategy.grasp_force"))
-    rows = phases(meta.get("outcomes"))
+    rows = primitive_rows(meta.get("outcomes"))
     return Summary(
         scenario=text(meta.get("scenario"), 80) or "recording",
         seed=text(meta.get("seed"), 30),
@@ -156,7 +166,7 @@ def summarize(meta: Mapping[str, Any]) -> Summary:
         verdict=_verdict(success, number(meta.get("grasped"))),
         reason=_ending(success, text(meta.get("reason")), rows),
         grasp_force=None if straight else grasp_force,
-        phases=rows,
+        primitives=rows,
         facts=tuple(facts),
         versions=tuple(
             (text(name, 40), text(version, 40))

@@ -10,17 +10,17 @@ import numpy as np
 from pilegrasp_ctrl.analysis.reading import plain
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.lane import Axes, Curve, Lane, nice_ticks, scalar_signal
-from pilegrasp_ctrl.viewer.summary import Event, Phase, Summary, events
+from pilegrasp_ctrl.viewer.summary import Event, PrimitiveRow, Summary, events
 
-SMALLEST_FORCE = 2.0
-"""The lane of forces reaches up to this at least, so that the sensor's noise looks like noise [N]."""
+LEAST_FORCE_SPAN = 2.0
+"""Least upper end of the lane of forces [N], so that the sensor's noise looks like noise; chosen."""
 
-SMALLEST_ERROR = 1.0
-"""The same for the tracking error [mm] and the orientation error [°]."""
+LEAST_ERROR_SPAN = 1.0
+"""Least upper end of the lanes of tracking error [mm] and orientation error [°]; chosen."""
 
 
 def lanes(recording: Recording, grasp_force: float | None) -> list[Lane]:
-    """Return the lanes of an attempt from top to bottom; one whose signals were not recorded is missing."""
+    """Return the lanes of an attempt from top to bottom, without those whose signals were not recorded."""
     time = recording.signal_time
 
     def curves(*named: tuple[str, str, float]) -> list[Curve]:
@@ -34,9 +34,9 @@ def lanes(recording: Recording, grasp_force: float | None) -> list[Lane]:
     force = curves(("push_force", "push force", 1.0), ("normal_force", "normal force", 1.0))
     threshold = (f"F_grasp {grasp_force:g} N", grasp_force) if grasp_force is not None else None
     everything = [
-        # The bands need a place, so this lane is there in any case.
-        Lane("force", "N", force, 108, threshold, least=SMALLEST_FORCE),
-        Lane("tracking error", "mm", curves(("tracking_error", "tracking error", 1e3)), 44, least=SMALLEST_ERROR),
+        # This lane is there in any case, because the bands need a place.
+        Lane("force", "N", force, 108, threshold, least=LEAST_FORCE_SPAN),
+        Lane("tracking error", "mm", curves(("tracking_error", "tracking error", 1e3)), 44, least=LEAST_ERROR_SPAN),
         Lane("joint torques, of their limits", "%", _joints(recording), 56, fixed=(0.0, 100.0)),
         Lane("closure", "%", curves(("closure", "closure", 100.0)), 36, fixed=(0.0, 100.0)),
         Lane(
@@ -44,7 +44,7 @@ def lanes(recording: Recording, grasp_force: float | None) -> list[Lane]:
             "°",
             curves(("orientation_error", "orientation error", 180.0 / np.pi)),
             44,
-            least=SMALLEST_ERROR,
+            least=LEAST_ERROR_SPAN,
         ),
     ]
     return [lane for index, lane in enumerate(everything) if lane.curves or index == 0]
@@ -61,20 +61,20 @@ def _joints(recording: Recording) -> list[Curve]:
     ]
 
 
-def styles(phases: Sequence[Phase]) -> list[str]:
-    """Return a CSS class for each phase; equal names share a colour."""
-    names = list(dict.fromkeys(phase.name for phase in phases))
-    return [f"p{names.index(phase.name) % 6}" for phase in phases]
+def styles(rows: Sequence[PrimitiveRow]) -> list[str]:
+    """Return a CSS class for each primitive; equal names share a colour."""
+    names = list(dict.fromkeys(row.name for row in rows))
+    return [f"p{names.index(row.name) % 6}" for row in rows]
 
 
-def _band(axes: Axes, phase: Phase, style: str) -> str:
-    left, right = axes.across(phase.start), axes.across(phase.end)
-    failed = " failed" if phase.failed else ""
-    hint = f"{phase.name}: {phase.start:.2f} to {phase.end:.2f} s, {phase.trigger or 'no trigger named'}"
-    cause = f"<small>→ {escape(plain(phase.trigger))}</small>" if phase.trigger else ""
+def _band(axes: Axes, row: PrimitiveRow, style: str) -> str:
+    left, right = axes.across(row.start), axes.across(row.end)
+    failed = " failed" if row.failed else ""
+    hint = f"{row.name}: {row.start:.2f} to {row.end:.2f} s, {row.trigger or 'no trigger named'}"
+    cause = f"<small>→ {escape(plain(row.trigger))}</small>" if row.trigger else ""
     return (
         f'<div class="band {style}{failed}" style="left:{100 * left:.2f}%;width:{100 * (right - left):.2f}%"'
-        f' title="{escape(hint)}"><span><b>{escape(phase.name)}</b>{cause}</span></div>'
+        f' title="{escape(hint)}"><span><b>{escape(row.name)}</b>{cause}</span></div>'
     )
 
 
@@ -88,15 +88,15 @@ def _mark(axes: Axes, event: Event) -> str:
 def timeline(recording: Recording, summary: Summary, window: tuple[float, float]) -> str:
     """Return the figure: bands, marks of the events, lanes, ticks, and one cursor that the page's script moves.
 
-    It shows the time between the two ends of `window` [s], which it carries in `data-start` and `data-end`.
+    The figure shows the time between the two ends of `window` [s] and carries them in `data-start` and `data-end`.
     """
     start, end = window
     end = end if end > start else start + 1.0
     clock = Axes(start, end, 0.0, 1.0)
     bands = "".join(
-        _band(clock, phase, style) for phase, style in zip(summary.phases, styles(summary.phases), strict=True)
+        _band(clock, row, style) for row, style in zip(summary.primitives, styles(summary.primitives), strict=True)
     )
-    marks = "".join(_mark(clock, event) for event in events(recording, summary.phases))
+    marks = "".join(_mark(clock, event) for event in events(recording, summary.primitives))
     rows = "".join(lane.html(start, end) for lane in lanes(recording, summary.grasp_force))
     ticks = nice_ticks(start, end, 10)
     decimals = max(0, -int(np.floor(np.log10(ticks[1] - ticks[0])))) if len(ticks) > 1 else 1

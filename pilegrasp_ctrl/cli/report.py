@@ -129,7 +129,7 @@ def _pictures(place: Path, stems: list[str]) -> dict[str, bytes]:
     """Return the thumbnails by stem, drawing those that are missing where a browser is found."""
     from ..files import write_output
     from ..viewer.chromium import find_chromium
-    from ..viewer.thumbnails import thumbnails
+    from ..viewer.stills import thumbnails
 
     missing = [stem for stem in stems if not _newer(place / f"{stem}.jpg", place / f"{stem}.html")]
     if missing and find_chromium() is None:

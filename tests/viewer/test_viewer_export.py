@@ -17,7 +17,7 @@ from browser import find_chromium
 from pilegrasp_ctrl import cli
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.viewer import write
-from pilegrasp_ctrl.viewer.contact_sheet import MOST_TILES, TILES, moments
+from pilegrasp_ctrl.viewer.contact_sheet import MAX_TILES, USUAL_TILES, moments
 from pilegrasp_ctrl.viewer.movie import GIF_RATE, HOLD, MOST_FRAMES, frame_times
 from pilegrasp_ctrl.viewer.stills import Stills
 from synthetic_recording import PHASES, synthetic
@@ -97,7 +97,7 @@ def pixels(image):
 
 def test_the_sheet_holds_start_and_end_of_each_primitive(attempt):
     shown = moments(attempt)
-    assert len(shown) == TILES
+    assert len(shown) == USUAL_TILES
     times = [moment.time for moment in shown]
     assert times == sorted(times)
     assert (times[0], times[-1]) == (0.0, 10.0)
@@ -129,7 +129,7 @@ def test_a_recording_of_few_frames_has_a_sheet(frames):
         body_position=plain.body_position[last],
         body_quaternion=plain.body_quaternion[last],
     )
-    assert len(moments(short)) == (1 if frames == 1 else TILES)
+    assert len(moments(short)) == (1 if frames == 1 else USUAL_TILES)
     assert len(frame_times(short, 10.0, 1.0)) == (1 if frames == 1 else 101)
 
 
@@ -137,7 +137,7 @@ def test_primitives_without_end_or_out_of_time_do_not_swell_the_sheet():
     rows = [{"name": f"p{k}", "status": "ended", "start": 0.1 * k, "end": 0.1 * k + 0.1} for k in range(90)]
     rows.append({"name": "late", "status": "ended", "start": 50.0, "end": 60.0})
     shown = moments(synthetic(frames=30, outcomes=rows))
-    assert len(shown) == MOST_TILES
+    assert len(shown) == MAX_TILES
     assert shown[-1].time == 10.0
     assert not any("late" in word for moment in shown for word in moment.words)
 
@@ -164,7 +164,7 @@ def test_a_movie_that_would_not_end_is_refused():
 def test_a_contact_sheet_shows_every_moment(chromium, attempt, tmp_path):
     seen = []
     write(attempt, tmp_path / "a.png", progress=lambda done, total: seen.append((done, total)))
-    assert seen == [(k, TILES) for k in range(1, TILES + 1)]
+    assert seen == [(k, USUAL_TILES) for k in range(1, USUAL_TILES + 1)]
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
     sheet = Image.open(tmp_path / "a.png")
     width, height, top, gap, text = 480, 300, 84, 14, 46

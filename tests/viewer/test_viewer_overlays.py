@@ -26,10 +26,10 @@ from pilegrasp_ctrl.recording import Body, Recording, Shape
 from pilegrasp_ctrl.sim.readout import MIN_FORCE, ContactForces
 from pilegrasp_ctrl.viewer import page, write, write_html
 from pilegrasp_ctrl.viewer.commands import commands, node_path, unpack
-from pilegrasp_ctrl.viewer.contact_block import contact_block
-from pilegrasp_ctrl.viewer.fingers import chains, tubes
 from pilegrasp_ctrl.viewer.html import MOST_FRAMES
 from pilegrasp_ctrl.viewer.motion import forward, push_frame
+from pilegrasp_ctrl.viewer.overlays import contact_block
+from pilegrasp_ctrl.viewer.shapes import fingers, tubes
 from pushed_pile import FRONT, HALF_WIDTH, RESTLESS, SPEED, crowd, push_recording
 from synthetic_recording import PHASES, synthetic
 
@@ -108,7 +108,7 @@ def test_a_finger_is_a_numbered_run_of_single_capsules():
         ("lone_1", "hand", capsule),
     ]
     bodies = tuple(Body(name, role, (shape,)) for name, role, shape in listed)
-    assert chains(bodies) == [[0, 1], [2, 3]]
+    assert fingers(bodies) == [[0, 1], [2, 3]]
 
 
 @pytest.mark.parametrize("flip", [False, True])
