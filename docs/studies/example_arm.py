@@ -1,32 +1,31 @@
-"""The two arms that tracking is measured on: the WAM that ships, and the Panda of example-robot-data."""
+"""The two arms on which tracking is measured, and what may be wrong with their plant, sensors or controller."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
 
-import numpy as np
-
 from pilegrasp_ctrl.arm.model import ArmModel
+from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
 from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.plant.arm_simulation import ArmSimulation
 from pilegrasp_ctrl.plant.sensor_noise import SensorNoise
-from pilegrasp_ctrl.robots import PANDA_FINGERS, description, panda_urdf
+from pilegrasp_ctrl.robots import description
 from pilegrasp_ctrl.types import Array
+from pilegrasp_ctrl.validation.bench.motion import ARMS
 
-HOME = {
-    "panda": np.array([0.1, -0.3, 0.2, -2.0, 0.1, 1.7, 0.3]),
-    "wam7": np.array([0.26, 0.82, -0.01, 1.68, -0.87, 0.81, -1.03]),
-}
-"""Where each arm starts [rad]: away from limits and singular postures; chosen, the WAM's near a pile's pre-grasp."""
+HOME = {arm.name: arm.posture for arm in ARMS}
+"""Start posture (nv,) of each arm [rad], away from limits and singular postures; that of the benchmark."""
 
 
 class ExampleArm(NamedTuple):
-    """An arm, where it starts, and how well it is measured.
+    """An arm, its start posture, and the noise of its encoders.
 
     Attributes:
-        arm: its model, friction included where it is known: the WAM's is, the Panda's URDF has none.
-        home: (nv,) start posture [rad].
-        noise: of the encoders. For the Panda no figure is published; it is given the WAM's, joint by joint (chosen).
+        arm: Model with joint friction where it is known: the WAM's is known, the Panda's URDF has none.
+        home: (nv,) Start posture [rad].
+        noise: Noise of the encoders; the Panda has the WAM's, joint by joint (chosen), because none is published.
     """
 
     arm: ArmModel
@@ -39,16 +38,69 @@ def example_arm(name: str) -> ExampleArm:
     """Return one of the arms.
 
     Args:
-        name: "wam7" or "panda".
+        name: Name of the arm, "wam7" or "panda".
 
     Raises:
-        ConfigurationError: where there is no such arm.
-        ModelError: where its files are missing.
+        ConfigurationError: There is no such arm.
+        ModelError: The arm's files are missing.
     """
-    if name not in HOME:
-        raise ConfigurationError(f"no arm {name!r} to measure; the arms are {', '.join(sorted(HOME))}")
+    found = next((arm for arm in ARMS if arm.name == name), None)
+    if found is None:
+        raise ConfigurationError(f"no arm {name!r} to measure; the arms are {', '.join(HOME)}")
     noise = SensorNoise.of_encoders(description("wam7")["transmission"]["joint_to_motor"])
-    if name == "wam7":
-        return ExampleArm(ArmModel.load("wam7"), HOME[name], noise)
-    panda = ArmModel.from_urdf(panda_urdf(), "panda_hand_tcp", locked_joints=PANDA_FINGERS, name="panda")
-    return ExampleArm(panda, HOME[name], noise)
+    return ExampleArm(found.load(), found.posture, noise)
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """One difference between the plant and the controller's model.
+
+    Attributes:
+        name: Name in the table.
+        mass_factor: Mass of the plant's links over the model's [-].
+        payload: Mass at the tool frame's origin that the model does not know [kg].
+        noisy: Whether the controller sees the encoders' noise.
+        friction: Whether the plant has the model's joint friction; the controller then compensates it.
+        compensated: Whether the controller feeds friction forward.
+    """
+
+    name: str
+    mass_factor: float = 1.0
+    payload: float = 0.0
+    noisy: bool = False
+    friction: bool = True
+    compensated: bool = True
+
+    def concerns(self, arm: ArmModel) -> bool:
+        """Whether the condition differs from the nominal one for an arm; those of friction need friction."""
+        has_friction = bool(arm.friction_coulomb.any() or arm.friction_viscous.any())
+        return has_friction or (self.friction and self.compensated)
+
+    def plant(self, example: ExampleArm) -> ArmSimulation:
+        """Return the plant."""
+        friction = None if self.friction else 0.0
+        return ArmSimulation(
+            example.arm,
+            mass_factor=self.mass_factor,
+            payload=self.payload,
+            noise=example.noise if self.noisy else None,
+            friction_coulomb=friction,
+            friction_viscous=friction,
+        )
+
+    def controller(self, example: ExampleArm, rate: float) -> OperationalSpaceController:
+        """Return the operational-space controller with its default gains."""
+        compensate = self.friction and self.compensated
+        return OperationalSpaceController(example.arm, posture=example.home, friction=compensate, rate=rate)
+
+
+CONDITIONS = (
+    Condition("nominal"),
+    Condition("mass +10 %", mass_factor=1.1),
+    Condition("mass -10 %", mass_factor=0.9),
+    Condition("payload 0.5 kg", payload=0.5),
+    Condition("sensor noise", noisy=True),
+    Condition("friction not compensated", compensated=False),
+    Condition("no friction", friction=False),
+)
+"""Conditions of the table; the last two concern arms with friction only."""
