@@ -31,12 +31,16 @@ from .sections import (
     Text,
 )
 
-_HEEDED = {"line": {"line"}, "order": {"strategy", "order"}}
-"""Sections that a program looks at, where they are not the strategy alone."""
+_SECTIONS_OF = {"line": {"line"}, "order": {"strategy", "order"}}
+"""Sections that a program reads, if they are not the strategy alone."""
+
+NEUTRAL_VALUES: dict[tuple[str, str], Any] = {("support", "slope_error_deg"): 0.0}
+"""Keys (section, name) that were added after the kept study was made, and the value that means the behaviour before.
+`config_hash` leaves out a key that has this value, so that the study's hashes stay valid."""
 
 
 class Scenario(Section):
-    """One attempt, completely described; together with a seed it fixes the result."""
+    """Complete description of an attempt; together with a seed it fixes the result."""
 
     name: Name = Field(default="unnamed", description="the file's own name where absent")
     summary: Text = Field(default="", description="one line for `pilegrasp list`")
@@ -58,8 +62,8 @@ class Scenario(Section):
 
     @model_validator(mode="after")
     def _every_key_counts(self) -> Scenario:
-        """Refuse a value that the program would not look at."""
-        idle = {"strategy", "line", "order"} - _HEEDED.get(self.program, {"strategy"})
+        """Refuse a value that the program does not read."""
+        idle = {"strategy", "line", "order"} - _SECTIONS_OF.get(self.program, {"strategy"})
         for section in sorted(idle):
             for key in getattr(self, section).changed():
                 raise PydanticCustomError(
@@ -90,17 +94,17 @@ class Scenario(Section):
         return self
 
     def config_hash(self) -> str:
-        """Return 16 hex digits that are equal where the physics and the control are asked to be equal.
+        """Return 16 hex digits that are equal for scenarios that ask for the same physics and control.
 
-        The name, the summary and the tags do not enter; the files of gains and of the object enter with their content.
+        Name, summary and tags do not count. The files of gains and of the object count by their content.
 
         Raises:
-            ConfigurationError: where one of these cannot be read.
+            ConfigurationError: One of these files cannot be read.
         """
         content = self.model_dump(mode="json", exclude={"name", "summary", "tags"})
-        if self.support.slope_error_deg == 0.0:
-            # Younger than studies that are still read: without an error the hash is what it was before there was a key.
-            del content["support"]["slope_error_deg"]
+        for (section, key), value in NEUTRAL_VALUES.items():
+            if content[section][key] == value:
+                del content[section][key]
         if self.controller.gains is not None:
             content["controller"]["gains"] = hashlib.sha256(_read(Path(self.controller.gains))).hexdigest()
         if is_file(self.pile.object):
@@ -113,19 +117,19 @@ def dotted_keys(section: type[Section] = Scenario, prefix: str = "") -> list[str
     """Return every key that `--set` takes, in the order of the declaration."""
     keys: list[str] = []
     for name, field in section.model_fields.items():
-        kind = field.annotation
-        if isinstance(kind, type) and issubclass(kind, Section):
-            keys += dotted_keys(kind, f"{prefix}{name}.")
+        declared = field.annotation
+        if isinstance(declared, type) and issubclass(declared, Section):
+            keys += dotted_keys(declared, f"{prefix}{name}.")
         else:
             keys.append(prefix + name)
     return keys
 
 
 def parse_overrides(texts: Iterable[str]) -> dict[str, Any]:
-    """Read `key=value` texts; a value is TOML where it parses as TOML and a bare string otherwise.
+    """Read `key=value` texts; a value that is no TOML is a bare string.
 
     Raises:
-        ConfigurationError: where a text has no `=` or no key.
+        ConfigurationError: A text has no `=` or no key.
     """
     overrides: dict[str, Any] = {}
     for text in texts:
@@ -145,8 +149,8 @@ def build_scenario(
     """Validate a nested table and dotted overrides.
 
     Raises:
-        ConfigurationError: one sentence that names the key and what is allowed, and the source where the value came
-            from the table.
+        ConfigurationError: A key or value cannot be used; the sentence names it and what is allowed, and the source if
+            the value came from the table.
     """
     merged: dict[str, Any] = json.loads(_to_json(table, f"{source}: "))
     valid = dotted_keys()
@@ -172,11 +176,11 @@ def build_scenario(
 def load_scenario(name: str | Path, overrides: Mapping[str, Any] | None = None) -> Scenario:
     """Read a scenario: the name of one that ships, or a TOML file.
 
-    Files of gains and objects are looked for beside the scenario's own file; those in `overrides`, in the working
+    Files of gains and objects are searched beside the scenario's own file; those in `overrides`, in the working
     directory.
 
     Raises:
-        ConfigurationError: where nothing has that name, or the file is missing, is not TOML, or does not validate.
+        ConfigurationError: Nothing has that name, or the file is missing, is not TOML, or does not validate.
     """
     path = find(name)
     table = read_toml(path)
@@ -236,23 +240,23 @@ def _key(problem: Any) -> str:
 
 
 def _sentence(problem: Any, valid: list[str]) -> str:
-    key, kind, message = _key(problem), problem["type"], str(problem["msg"])
-    if kind == "extra_forbidden":
+    key, fault, message = _key(problem), problem["type"], str(problem["msg"])
+    if fault == "extra_forbidden":
         return f"unknown key {key!r}; {_suggest(key, valid)}"
-    if kind == "idle":
+    if fault == "idle":
         return message
-    if kind in ("tuple_type", "missing", "too_long"):
+    if fault in ("tuple_type", "missing", "too_long"):
         entries = "3 numbers, such as [0.5, 0.0, 0.2]" if key.startswith("line.") else "texts"
         return f"{key} = {problem['input']!r:.80} is not allowed: it must be a list of {entries}"
     place = key + "".join(f"[{part}]" for part in problem["loc"] if isinstance(part, int))
-    return f"{place} = {problem['input']!r:.80} is not allowed: {_allowed(kind, message)}"
+    return f"{place} = {problem['input']!r:.80} is not allowed: {_allowed(fault, message)}"
 
 
-def _allowed(kind: str, message: str) -> str:
+def _allowed(fault: str, message: str) -> str:
     """Say what a value must be; pydantic speaks of inputs and patterns."""
-    if kind == "string_pattern_mismatch":
+    if fault == "string_pattern_mismatch":
         return "it must not hold control characters"
-    if kind == "string_too_short":
+    if fault == "string_too_short":
         return "it must not be empty"
     for theirs, ours in _WORDS:
         message = message.replace(theirs, ours)

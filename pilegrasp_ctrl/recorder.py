@@ -1,4 +1,4 @@
-"""Collects what the closed loop sees and makes a recording of it."""
+"""What the closed loop writes down: it samples bodies, contacts and signals, and makes a recording of them."""
 
 from __future__ import annotations
 
@@ -30,16 +30,17 @@ UNITS = {
     "tool_position": "m",
     "reference_position": "m",
 }
+"""Signals of a recording and their units."""
 
 
 class Recorder:
     """Samples bodies and contacts at 30 Hz and signals at 100 Hz.
 
-    No wall-clock time enters, so equal attempts give equal bytes. Positions are those of the scene; wrenches, and the
-    forces that follow from them, are along the axes that the arm takes for the world's.
+    No wall-clock time enters, so equal attempts give equal bytes. Positions are in the scene's frame. Wrenches and
+    forces are along the axes that the arm believes to be the world's.
 
     Attributes:
-        push_direction: (3,) along which the force of the push is noted.
+        push_direction: (3,) unit vector along which the force of the push is recorded.
     """
 
     def __init__(self, attempt: Attempt) -> None:
@@ -64,7 +65,7 @@ class Recorder:
         *,
         always: bool = False,
     ) -> None:
-        """Note one control tick, if it is its turn or `always`; forces are relative to the wrench `zero` (6,)."""
+        """Record a control tick if it is due, or `always`; forces are relative to the wrench `zero` (6,)."""
         if observation.time >= self._next_frame - 1e-9:
             self._next_frame = next_multiple(observation.time, FRAME_PERIOD)
             self._frames.append((observation.time, *self._simulation.poses(self._ids)))

@@ -1,4 +1,4 @@
-"""The sections of a scenario: each key with its default, its range and what it means."""
+"""The tables of a scenario: each key with its default, its range and its meaning."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Vector = tuple[Coordinate, Coordinate, Coordinate]
 
 
 class Section(BaseModel):
-    """Frozen; an unknown key is an error, and so is a number that is not finite."""
+    """A table of a scenario: frozen; unknown keys and numbers that are not finite are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False)
 
@@ -32,7 +32,7 @@ class Section(BaseModel):
 
 
 class SupportConfig(Section):
-    """What stands beside the pile."""
+    """The support beside the pile."""
 
     kind: Literal["none", "wall", "corner"] = Field(default="wall", description="what stands behind the pile")
     tilt_deg: float = Field(default=0.0, ge=0.0, le=15.0, description="slope of the floor toward the support [deg]")

@@ -9,24 +9,26 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .exceptions import ArgumentError
+
 Array = NDArray[np.float64]
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
-"""Where the world's z axis points up [m/s²]."""
+"""Acceleration of gravity (3,) if the world's z axis points up [m/s²]."""
 
 
 def frozen_array(value: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
     """Return a read-only float64 copy of `value`.
 
     Raises:
-        ValueError: where the shape differs or an entry is not finite.
+        ArgumentError: The shape differs, or an entry is not finite.
     """
     array = np.array(value, dtype=np.float64)
     if array.shape != shape:
-        raise ValueError(f"{name} has shape {array.shape}; {shape} is expected")
+        raise ArgumentError(f"{name} has shape {array.shape}; {shape} is expected")
     flat = array.ravel()
     if not isfinite(flat.dot(flat)):
-        raise ValueError(f"{name} holds a value that is not finite: {array.tolist()}")
+        raise ArgumentError(f"{name} holds a value that is not finite: {array.tolist()}")
     array.setflags(write=False)
     return array
 
@@ -47,7 +49,7 @@ class Pose:
     """A rigid transform: `rotation` (3, 3) and `translation` (3,) [m] map the named frame into its parent.
 
     Raises:
-        ValueError: where a shape is wrong, a value is not finite, or the rotation is not orthonormal to 1e-6.
+        ArgumentError: A shape is wrong, a value is not finite, or the rotation is not orthonormal to 1e-6.
     """
 
     translation: Array
@@ -57,15 +59,15 @@ class Pose:
         translation = frozen_array(self.translation, (3,), "translation")
         rotation = frozen_array(self.rotation, (3, 3), "rotation")
         if not _is_rotation(rotation):
-            raise ValueError("rotation is not a right-handed orthonormal matrix")
+            raise ArgumentError("rotation is not a right-handed orthonormal matrix")
         object.__setattr__(self, "translation", translation)
         object.__setattr__(self, "rotation", rotation)
 
     @classmethod
     def trusted(cls, translation: Array, rotation: Array) -> Pose:
-        """Return a pose of arrays that are known to be right, as they follow from checked ones.
+        """Return a pose of arrays that are known to be right, because they follow from checked ones.
 
-        The checks cost more than the arithmetic of a whole control law; what a user hands over goes through `Pose`.
+        The checks cost more than the arithmetic of a whole control law. Use `Pose` for arrays from outside.
         """
         pose = object.__new__(cls)
         object.__setattr__(pose, "translation", translation)
@@ -86,9 +88,9 @@ class Pose:
 
 
 def _is_rotation(matrix: Array) -> bool:
-    """Whether the first two rows are orthonormal and the third is their cross product, to 1e-6.
+    """Return whether the first two rows are orthonormal and the third is their cross product, to 1e-6.
 
-    Plain floats: a pose is made in every control period, and numpy would take ten times as long for nine numbers.
+    A pose is made in every control period, and numpy would take ten times as long as plain floats for nine numbers.
     """
     (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
     return (
@@ -103,9 +105,15 @@ def _is_rotation(matrix: Array) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reference:
-    """Where the tool should be: pose, twist (6,) [m/s, rad/s] and acceleration (6,) [m/s², rad/s²].
+    """Desired motion of the tool.
 
-    Linear part first, in world axes, of the tool frame's origin.
+    Attributes:
+        pose: Pose of the tool frame.
+        twist: (6,) twist of the tool frame's origin, linear part first, in world axes [m/s, rad/s].
+        acceleration: (6,) derivative of the twist [m/s², rad/s²].
+
+    Raises:
+        ArgumentError: A shape is wrong or a value is not finite.
     """
 
     pose: Pose
@@ -128,11 +136,15 @@ class Reference:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """What a controller may see at `time` [s].
+    """Measurements of one control period.
 
-    `q` and `v` (nv,) are joint positions [rad] and velocities [rad/s]; `wrench` (6,) [N, N·m] is what the environment
-    does to the hand, linear part first, at the sensor frame's origin, in world axes, tool weight removed. `saturated`
-    names a channel of the sensor that has been beyond its range, so that the wrench cannot be trusted, or is "".
+    Attributes:
+        time: Time of the measurement [s].
+        q: (nv,) joint positions [rad].
+        v: (nv,) joint velocities [rad/s].
+        wrench: (6,) wrench of the environment on the hand [N, N·m]: linear part first, at the sensor frame's origin, in
+            world axes, tool weight removed.
+        saturated: Channel of the sensor that was beyond its range, so that the wrench cannot be trusted; "" if none was.
     """
 
     time: float
@@ -143,20 +155,24 @@ class Observation:
 
 
 class Command(NamedTuple):
-    """Joint torques (nv,) [N·m]."""
+    """Command to the arm.
+
+    Attributes:
+        torque: (nv,) joint torques [N·m].
+    """
 
     torque: Array
 
 
 class ControllerOutput(NamedTuple):
-    """One tick's answer.
+    """Answer of a controller for one control period.
 
     Attributes:
-        command: the joint torques.
-        acceleration: (nv,) the joint accelerations that the QP chose [rad/s²].
-        active_limits: names of the limits that bind, such as "torque[2] upper".
-        solve_time: seconds the QP took (wall clock; not part of any recording).
-        fallback: why the QP's answer was not used, or "" where it was.
+        command: Joint torques.
+        acceleration: (nv,) joint accelerations that the QP chose [rad/s²].
+        active_limits: Names of the active limits, such as "torque[2] upper".
+        solve_time: Wall-clock time of the QP [s]; no part of any recording.
+        fallback: Reason why the QP's answer was not used; "" if it was.
     """
 
     command: Command
@@ -168,12 +184,15 @@ class ControllerOutput(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MassProperties:
-    """A rigid body: `mass` [kg], `center_of_mass` (3,) [m] and `inertia` (3, 3) [kg·m²] about it.
+    """Mass properties of a rigid body, in the axes of the frame that carries it (for a tool, the arm's flange).
 
-    All in the axes of the frame that carries the body, for a tool the arm's flange.
+    Attributes:
+        mass: Mass [kg].
+        center_of_mass: (3,) centre of mass [m].
+        inertia: (3, 3) inertia about the centre of mass [kg·m²].
 
     Raises:
-        ValueError: where the mass is negative or the inertia is not symmetric positive semi-definite.
+        ArgumentError: The mass is negative, or the inertia is not symmetric positive semi-definite.
     """
 
     mass: float
@@ -182,21 +201,26 @@ class MassProperties:
 
     def __post_init__(self) -> None:
         if not self.mass >= 0.0:
-            raise ValueError(f"mass is {self.mass} kg; it must not be negative")
+            raise ArgumentError(f"mass is {self.mass} kg; it must not be negative")
         inertia = frozen_array(self.inertia, (3, 3), "inertia")
         if np.abs(inertia - inertia.T).max() > 1e-9 or np.linalg.eigvalsh(inertia)[0] < -1e-12:
-            raise ValueError("inertia is not symmetric positive semi-definite")
+            raise ArgumentError("inertia is not symmetric positive semi-definite")
         object.__setattr__(self, "center_of_mass", frozen_array(self.center_of_mass, (3,), "center_of_mass"))
         object.__setattr__(self, "inertia", inertia)
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a primitive ended.
+    """Outcome of a primitive.
 
-    `status` is "ended" or "failed"; `trigger` names the event or, for a failure, the reason. `start` and `end` are
-    times [s], `travel` the path length of the tool [m], `peak_force` the largest filtered force along the primitive's
-    own direction, relative to its start [N].
+    Attributes:
+        name: Name of the primitive.
+        status: "ended" or "failed".
+        trigger: Event that ended the primitive or, after a failure, the reason.
+        start: Start time [s].
+        end: End time [s].
+        travel: Path length of the tool [m].
+        peak_force: Largest filtered force along the primitive's own direction, relative to its start [N].
     """
 
     name: str
