@@ -22,7 +22,7 @@ _OUT_VECTOR = types.Array(types.float64, 1, "C")
 _OUT_MATRIX = types.Array(types.float64, 2, "C")
 
 HALF_A_TURN = -0.9
-"""Cosine of the error's angle below which the usual formula of the rotation vector loses digits."""
+"""Cosine of the error's angle below which the usual formula of the rotation vector loses digits; chosen."""
 
 
 def _compile(*signature: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
@@ -87,7 +87,7 @@ def assemble(
     affine, coupling, tool, joint, numbers,
     H, f, G, lower, upper, offset,
 ):  # fmt: skip
-    """Fill the program and its offset; return how near the nearest bound is, NaN where the case is not the usual one.
+    """Fill the program and its offset; return the nearness of the nearest bound, or NaN if the case is not usual.
 
     Args:
         x: (2 n + 1,) and, up to `twist`, as in `ArmState`; then the reference.

@@ -16,17 +16,22 @@ from .inverse_dynamics import ACTIVE, InverseDynamics
 
 
 class CompiledMotion:
-    """Answers where no limit binds and none is near, no posture is singular, and the error is not huge.
+    """Answers if no limit binds or is near, the posture is not singular, and the error is not huge.
 
-    In every other period `step` returns None, and the caller goes the long way, which has all the cases. Where both
-    answer, the torques agree to 1e-9 N·m; they are not the same bits, because sums are taken in another order.
+    In every other period `step` returns None, and the caller uses the Python code, which has all the cases. If both
+    answer, the torques agree to 1e-9 N·m. They are not the same bits, because sums are taken in another order.
     """
 
     def __init__(self, dynamics: InverseDynamics, task: FrameMotionTask, friction: FrictionCompensation | None) -> None:
         """Take the numbers from the parts of a controller.
 
+        Args:
+            dynamics: Program of the controller.
+            task: Task of the tool.
+            friction: Friction feed-forward, None without one.
+
         Raises:
-            ConfigurationError: where numba is not installed.
+            ConfigurationError: numba is not installed.
         """
         try:
             from .compiled_kernels import assemble, judge
@@ -50,8 +55,11 @@ class CompiledMotion:
         self._out = (*self._program, self._offset)
         self._n = n
 
+    def __repr__(self) -> str:
+        return f"CompiledMotion({self._dynamics!r})"
+
     def step(self, state: ArmState, reference: Reference) -> ControllerOutput | None:
-        """Return the torques for one control period, or None where the case is not the usual one."""
+        """Return the torques for one control period, or None if the case is not the usual one."""
         x, _, _, M, h, J, Jdot_v, p, R, twist = state
         pose = reference.pose
         nearest = self._assemble(

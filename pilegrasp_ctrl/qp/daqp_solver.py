@@ -1,4 +1,4 @@
-"""DAQP: a dual active-set method, exact and the fastest of those measured."""
+"""DAQP: a dual active-set method, exact and the fastest of the measured solvers."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ from ..types import Array
 from .program import QuadraticProgram
 
 _TOLERANCE = 1e-9
-"""Largest excess of a bound [rad/s², N·m]; the default of 1e-6 is no faster, and misses optima that lie closer."""
+"""Largest excess of a bound [rad/s², N·m]; DAQP's default of 1e-6 is no faster and misses optima that lie closer."""
 
 
 class DaqpSolver:
-    """Solves each program from scratch; at this size a warm start gains nothing, and answers do not depend on history.
+    """Solves each program from scratch.
+
+    At this size a warm start gains nothing, and without it answers do not depend on history.
 
     Attributes:
         name: "daqp".
@@ -23,15 +25,15 @@ class DaqpSolver:
     name = "daqp"
 
     def __init__(self) -> None:
-        """Know no size of program yet."""
-        self._kinds: dict[int, NDArray[np.int32]] = {}
+        """Start without an array of constraint types; `solve` makes one for each size of program."""
+        self._constraint_types: dict[int, NDArray[np.int32]] = {}
 
     def solve(self, problem: QuadraticProgram) -> Array | None:
-        """Return x (n,), or None where DAQP finds none."""
+        """Return x (n,), or None if DAQP finds none."""
         H, f, G, lower, upper = problem
         rows = len(lower)
-        kinds = self._kinds.get(rows)
-        if kinds is None:
-            kinds = self._kinds[rows] = np.zeros(rows, dtype=np.int32)
-        x, _, flag, _ = daqp.solve(H, f, G, upper, lower, kinds, primal_tol=_TOLERANCE)
+        constraint_types = self._constraint_types.get(rows)
+        if constraint_types is None:
+            constraint_types = self._constraint_types[rows] = np.zeros(rows, dtype=np.int32)
+        x, _, flag, _ = daqp.solve(H, f, G, upper, lower, constraint_types, primal_tol=_TOLERANCE)
         return x if flag > 0 else None

@@ -1,4 +1,4 @@
-"""A quadratic program in coordinates in which its cost is a sphere, and its optimum from a guess of the active set."""
+"""The quadratic program as a least distance, and its exact optimum from a guess of the active bounds."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from .program import QuadraticProgram
 from .working_set import WorkingSet
 
 _ROUND_OFF = 1e-11
-"""A bound is met that is exceeded by no more than this, relative to the largest entry of y."""
+"""Largest excess of a bound that counts as met, relative to the largest entry of y; chosen."""
 
 _SMALL = 1e-9
-"""A multiplier this much smaller than the largest is that of a bound that is not active."""
+"""Multiplier relative to the largest, below which its bound is taken as inactive; chosen."""
 
 
 class LeastDistanceProgram(NamedTuple):
     """The y nearest to `goal` with `lower <= rows y <= upper`, where x = L⁻ᵀ y and L Lᵀ = H.
 
-    Splitting and proximal methods converge slowly where the cost's curvature differs between directions, as here by the
-    ratio of tool to posture weight, and their answers are as inexact as their tolerances. Their multipliers tell,
-    though, which bounds are active, or nearly so. A dual active-set method goes on from there: it leaves the bounds
-    that pull, then adds the most exceeded one until none is left. The right guess needs no step at all, and the answer
-    is in closed form for the active set that is found, so that it does not depend on the guess.
+    Splitting and proximal methods converge slowly if the cost's curvature differs between directions, here by the ratio
+    of tool to posture weight. Their answers are as inexact as their tolerances, but their multipliers tell which bounds
+    are active, or nearly so. A dual active-set method goes on from there: it drops the bounds that pull, then adds the
+    most exceeded one until none is exceeded. The right guess needs no step at all. The answer is in closed form for the
+    final active set, so it does not depend on the guess.
 
     Attributes:
-        goal: (n,) the minimum without bounds.
-        rows: (k, n) of unit length, one for each row of x and of G x that is bounded and not zero.
-        lower: (k,); -inf where there is none.
-        upper: (k,).
+        goal: (n,) Minimum without bounds.
+        rows: (k, n) Rows of unit length, one for each row of x and of G x that is bounded and not zero.
+        lower: (k,) Lower bounds; -inf where there is none.
+        upper: (k,) Upper bounds; inf where there is none.
         inverse: (n, n) L⁻¹.
-        place: (k,) of the rows among the n + m of the program.
-        length: (k,) of the rows before they were scaled.
+        place: (k,) Indices of the rows among the n + m of the program.
+        length: (k,) Lengths of the rows before they were scaled.
     """
 
     goal: Array
@@ -47,7 +47,7 @@ class LeastDistanceProgram(NamedTuple):
 
     @classmethod
     def of(cls, problem: QuadraticProgram) -> LeastDistanceProgram | None:
-        """Return the program in y; None where it is not finite, H not positive definite, or a row alone infeasible."""
+        """Return the program in y; None if it is not finite, H is not positive definite, or a row is infeasible."""
         H, f, G, lower, upper = problem
         if not all(np.isfinite(array).all() for array in (H, f, G)) or not (lower <= upper).all():
             return None
@@ -70,16 +70,16 @@ class LeastDistanceProgram(NamedTuple):
         return self.inverse.T @ y
 
     def nearest(self, multipliers: Array) -> Array | None:
-        """Return the optimal y (n,), or None where no y is within the bounds.
+        """Return the optimal y (n,), or None if no y is within the bounds.
 
         Args:
-            multipliers: (k,) a guess; positive where a lower bound is thought to be active, negative where an upper is.
+            multipliers: (k,) Guessed multipliers, positive at active lower bounds and negative at active upper ones.
         """
         if not len(multipliers):
             return self.goal
         guess = np.where(np.abs(multipliers) > _SMALL * np.abs(multipliers).max(), np.sign(multipliers), 0.0)
         active = WorkingSet(self.goal, self.rows, self.lower, self.upper, guess)
-        # The method needs no more steps than there are rows or so; round-off alone could make it need others.
+        # The method needs about as many steps as there are rows; only round-off could make it need more.
         for _ in range(10 * len(self.rows)):
             values = self.rows @ active.y
             excess = np.maximum(self.lower - values, values - self.upper)

@@ -1,4 +1,4 @@
-"""OSQP: an operator-splitting method, in a workspace that is kept."""
+"""OSQP: an operator-splitting method that finds the active bounds; an exact method completes its answer."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from .least_distance import LeastDistanceProgram
 from .program import QuadraticProgram
 
 _INFINITY = 1e30
+"""Value that OSQP takes for no bound."""
 _SETTINGS = {
     "verbose": False,
     "rho": 10.0,
-    # Enough to tell the active set, or nearly; at the cost's own scale, which is 1.
+    # Enough to find the active set, or nearly, at the cost's own scale of 1.
     "eps_abs": 1e-5,
     "eps_rel": 1e-5,
     "max_iter": 100,
@@ -26,13 +27,13 @@ _SETTINGS = {
 
 
 class OsqpSolver:
-    """Keeps one workspace for each size of program, and completes what the method found.
+    """Keeps one workspace for each size of program, and completes the method's answer.
 
     The method is that of Stellato et al., "OSQP: an operator splitting solver for quadratic programs", Mathematical
-    Programming Computation 12, 2020. It is given the program as a least distance, in which the cost is a sphere and
-    every row has unit length, scaled so that the distance is about 1. It need not converge, and where bounds are
-    softened it often does not: its multipliers tell which bounds are active, or nearly so, and
-    `LeastDistanceProgram.nearest` goes on from there to the exact optimum.
+    Programming Computation 12, 2020. It gets the program as a least distance, in which the cost is a sphere and every
+    row has unit length, scaled so that the distance is about 1. It need not converge, and with softened bounds it often
+    does not. Its multipliers tell which bounds are active, or nearly so; `LeastDistanceProgram.nearest` goes on from
+    there to the exact optimum.
 
     Attributes:
         name: "osqp".
@@ -41,11 +42,11 @@ class OsqpSolver:
     name = "osqp"
 
     def __init__(self) -> None:
-        """Set up no workspace yet."""
+        """Start without a workspace; `solve` makes one for each size of program."""
         self._workspaces: dict[tuple[int, ...], osqp.OSQP] = {}
 
     def solve(self, problem: QuadraticProgram) -> Array | None:
-        """Return x (n,), or None where there is none."""
+        """Return x (n,), or None if there is none."""
         distance = LeastDistanceProgram.of(problem)
         if distance is None:
             return None
@@ -53,7 +54,7 @@ class OsqpSolver:
         return None if y is None else distance.x(y)
 
     def _multipliers(self, distance: LeastDistanceProgram) -> Array:
-        """Return OSQP's multipliers (k,) as far as it came."""
+        """Return OSQP's multipliers (k,), converged or not."""
         rows = distance.rows
         if not len(rows):
             return np.zeros(0)
@@ -68,7 +69,7 @@ class OsqpSolver:
             workspace = self._workspaces[rows.shape] = _workspace(rows, data)
         else:
             workspace.update(Ax=rows.T.ravel(), **data)
-        # Each program starts from the same point, so that an answer does not depend on those before it.
+        # Each program starts from the same point, so an answer does not depend on earlier ones.
         workspace.update_settings(rho=_SETTINGS["rho"])
         workspace.warm_start(x=np.zeros(rows.shape[1]), y=np.zeros(len(rows)))
         # They are negative at lower bounds.
@@ -76,7 +77,7 @@ class OsqpSolver:
 
 
 def _workspace(rows: Array, data: dict[str, Array]) -> osqp.OSQP:
-    """Return a workspace for dense `rows`: every entry is stored, so that later values need no new pattern."""
+    """Return a workspace for dense `rows`; it stores every entry, so later values need no new pattern."""
     m, n = rows.shape
     pattern = (rows.T.ravel(), np.tile(np.arange(m), n), m * np.arange(n + 1))
     workspace = osqp.OSQP()

@@ -1,4 +1,4 @@
-"""The quadratic program of one control period, and what counts as its solution."""
+"""The quadratic program of one control period, the check of its solution, and the solvers by name."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from ..exceptions import ConfigurationError, SolverError
 from ..types import Array
 
 SOLVERS = ("daqp", "osqp", "proxqp", "quadprog")
+"""Names of the solvers; the last two need optional packages."""
 
 FEASIBILITY = 1e-5
-"""Largest violation of a bound by an answer that still is a solution [rad/s², N·m]."""
+"""Largest violation of a bound by an answer that still counts as a solution [rad/s², N·m]; chosen."""
 
 SOFT_WEIGHT = 1e4
-"""Cost of exceeding a softened bound, against the tool's weight of 1.
+"""Cost of exceeding a softened bound, against the tool's weight of 1; chosen.
 
-The farthest target asks for some 1000 m/s², which buys 0.1 rad/s²: 0.4 mrad/s at the end of the limits' horizon, less
-than their margin. With 100 a joint outside its range was sent on outwards.
+The farthest target asks for some 1000 m/s². At this cost it exceeds a bound by 0.1 rad/s²: 0.4 mrad/s at the end of the
+limits' horizon, less than their margin. With a cost of 100, a joint outside its range was driven further outwards.
 """
 
 
@@ -27,11 +28,11 @@ class QuadraticProgram(NamedTuple):
     """Minimise ½ xᵀ H x + fᵀ x under two-sided bounds on x and on G x.
 
     Attributes:
-        H: (n, n) symmetric positive definite.
-        f: (n,).
-        G: (m, n).
-        lower: (n + m,) of x, then of G x; -inf where there is none.
-        upper: (n + m,).
+        H: (n, n) Symmetric positive definite matrix of the cost.
+        f: (n,) Linear part of the cost.
+        G: (m, n) Rows of the constraints.
+        lower: (n + m,) Lower bounds of x, then of G x; -inf where there is none.
+        upper: (n + m,) Upper bounds of x, then of G x; inf where there is none.
     """
 
     H: Array
@@ -55,26 +56,26 @@ class QuadraticProgram(NamedTuple):
 
 
 class Solver(Protocol):
-    """Proposes a solution; `solve` below decides whether it is one.
+    """Proposes a solution; `solve` below checks it.
 
     Attributes:
-        name: how errors call it.
+        name: Name of the solver, for error messages.
     """
 
     name: str
 
     def solve(self, problem: QuadraticProgram) -> Array | None:
-        """Return x (n,), or None where the solver found none."""
+        """Return x (n,), or None if the solver found none."""
 
 
 class Solution(NamedTuple):
     """A solution whose residuals were computed from the problem.
 
     Attributes:
-        x: (n,).
-        slack: (2, n + m) distances to the lower and to the upper bounds; negative where a bound is exceeded.
-        margin: the smallest of them.
-        relaxed: whether the bounds on x had to be softened.
+        x: (n,) Solution.
+        slack: (2, n + m) Distances to the lower and to the upper bounds; negative where a bound is exceeded.
+        margin: Smallest of these distances.
+        relaxed: Whether the bounds on x had to be softened.
     """
 
     x: Array
@@ -84,12 +85,12 @@ class Solution(NamedTuple):
 
 
 def solve(problem: QuadraticProgram, solver: Solver) -> Solution:
-    """Solve with hard bounds and, where those on x contradict those on G x, with soft bounds on x.
+    """Solve with hard bounds and, if the bounds on x contradict those on G x, with soft bounds on x.
 
-    A solver's status is never trusted: the bounds are evaluated at its answer.
+    The solver's status is not used: the bounds are evaluated at its answer.
 
     Raises:
-        SolverError: where the problem holds a value that is not finite, or no answer satisfies the bounds on G x.
+        SolverError: The problem has a value that is not finite, or no answer satisfies the bounds on G x.
     """
     n = len(problem.f)
     for relaxed in (False, True):
@@ -105,7 +106,7 @@ def solve(problem: QuadraticProgram, solver: Solver) -> Solution:
         slack = np.empty((2, len(values)))
         np.subtract(values, problem.lower, out=slack[0])
         np.subtract(problem.upper, values, out=slack[1])
-        # The index of the smallest costs a fifth of the smallest. It finds a NaN first, which fails the comparison.
+        # argmin costs a fifth of min. It finds a NaN first, which fails the comparison.
         margin = slack.item(slack.argmin())
         if (float(slack[:, n:].min()) if relaxed else margin) >= -FEASIBILITY:
             return Solution(x, slack, margin, relaxed)
@@ -113,14 +114,14 @@ def solve(problem: QuadraticProgram, solver: Solver) -> Solution:
 
 
 def make_solver(name: str) -> Solver:
-    """Return the solver of that name, one of `SOLVERS`.
+    """Return the solver `name`, one of `SOLVERS`.
 
     Raises:
-        ConfigurationError: where there is none, or its package is not installed.
+        ConfigurationError: There is no such solver, or its package is not installed.
     """
     if name not in SOLVERS:
         raise ConfigurationError(f"no solver {name!r}; the solvers are {', '.join(SOLVERS)}")
-    # Each package takes a tenth to half a second to load, and two of them may be absent.
+    # Each package takes 0.1 to 0.5 s to load, and two of them are optional.
     module = import_module(f".{name}_solver", __package__)
     solver: Solver = getattr(module, f"{name.capitalize()}Solver")()
     return solver

@@ -1,4 +1,4 @@
-"""ProxQP: a proximal augmented-Lagrangian method, in a workspace that is kept; an optional package."""
+"""ProxQP: a proximal method that finds the active bounds; an exact method completes its answer. Optional."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from .program import QuadraticProgram
 try:
     from proxsuite import proxqp
 except ImportError:
-    raise ConfigurationError(
-        "the solver 'proxqp' needs a package of its own: pip install 'pilegrasp[proxqp]'"
-    ) from None
+    raise ConfigurationError("the solver 'proxqp' needs an optional package: pip install 'pilegrasp[proxqp]'") from None
 
 _INFINITY = 1e20
+"""Value that ProxQP takes for no bound."""
 
 
 class ProxqpSolver:
-    """Keeps one workspace for each size of program, and completes what the method found.
+    """Keeps one workspace for each size of program, and completes the method's answer.
 
-    The method is that of Bambade et al., "PROX-QP: yet another quadratic programming solver for robotics and beyond",
-    RSS 2022. It is given the program scaled so that the cost's gradient is about 1, because its tolerance is absolute:
-    programs with softened bounds do not converge otherwise. Where the cost hardly curves it stops far from the optimum,
-    and its last digits depend on where in memory the workspace lies. Its multipliers tell which bounds are active, or
-    nearly so, and `LeastDistanceProgram.nearest` goes on from there to the exact optimum.
+    The method is the proximal augmented-Lagrangian one of Bambade et al., "PROX-QP: yet another quadratic programming
+    solver for robotics and beyond", RSS 2022. It gets the program scaled so that the cost's gradient is about 1,
+    because its tolerance is absolute; otherwise programs with softened bounds do not converge. If the cost hardly
+    curves, it stops far from the optimum, and its last digits depend on the workspace's place in memory. Its
+    multipliers tell which bounds are active, or nearly so; `LeastDistanceProgram.nearest` goes on from there to the
+    exact optimum.
 
     Attributes:
         name: "proxqp".
@@ -35,11 +35,11 @@ class ProxqpSolver:
     name = "proxqp"
 
     def __init__(self) -> None:
-        """Set up no workspace yet."""
+        """Start without a workspace; `solve` makes one for each size of program."""
         self._workspaces: dict[tuple[int, ...], proxqp.dense.QP] = {}
 
     def solve(self, problem: QuadraticProgram) -> Array | None:
-        """Return x (n,), or None where there is none."""
+        """Return x (n,), or None if there is none."""
         distance = LeastDistanceProgram.of(problem)
         if distance is None:
             return None
@@ -48,7 +48,7 @@ class ProxqpSolver:
         return None if y is None else distance.x(y)
 
     def _multipliers(self, problem: QuadraticProgram) -> Array:
-        """Return ProxQP's multipliers (n + m,) as far as it came."""
+        """Return ProxQP's multipliers (n + m,), converged or not."""
         H, f, G, lower, upper = problem
         n = len(f)
         unit = max(1.0, float(np.abs(f).max()))
@@ -58,17 +58,17 @@ class ProxqpSolver:
             workspace = self._workspaces[G.shape] = _workspace(n, len(G))
         workspace.init(H, f / unit, None, None, G, lower[n:], upper[n:], lower[:n], upper[:n])
         workspace.solve()
-        # They are those of G x, then of x, and negative at lower bounds.
+        # ProxQP orders them G x, then x, and they are negative at lower bounds.
         return np.nan_to_num(-np.roll(workspace.results.z, n))
 
 
 def _workspace(n: int, m: int) -> proxqp.dense.QP:
     workspace = proxqp.dense.QP(n, 0, m, True)
     settings = workspace.settings
-    # The posture weighs 1e-4: a tolerance near that would leave it to chance.
+    # The posture has a weight of 1e-4: a tolerance near that would leave the posture to chance.
     settings.eps_abs, settings.eps_rel = 1e-9, 0.0
-    # Each program starts from the same point, so that an answer does not depend on those before it.
+    # Each program starts from the same point, so an answer does not depend on earlier ones.
     settings.initial_guess = proxqp.InitialGuess.NO_INITIAL_GUESS
-    # Enough for the active set; where there is no solution the defaults would go on for thousands of iterations.
+    # Enough for the active set. Without a solution, the defaults would run for thousands of iterations.
     settings.max_iter, settings.max_iter_in = 20, 20
     return workspace

@@ -1,4 +1,4 @@
-"""Bounds taken as equations, one more or one less at a time: the steps of a dual active-set method."""
+"""The working set of a dual active-set method: bounds that count as equations, added and dropped one by one."""
 
 from __future__ import annotations
 
@@ -8,30 +8,30 @@ from numpy.typing import NDArray
 from ..types import Array
 
 _PARALLEL = 1e-8
-"""A row of length 1 depends on others where no more than this of it stands out of their span."""
+"""Largest part of a row of length 1 outside the span of others with which it counts as dependent; chosen."""
 
 
 class WorkingSet:
-    """The point nearest to `goal` on some of the bounds, with what each of them pushes with.
+    """The point nearest to `goal` on the active bounds, with the force (multiplier) of each bound.
 
-    No bound ever pulls. These are the steps of Goldfarb and Idnani, "A numerically stable dual method for solving
+    No bound ever pulls. The steps are those of Goldfarb and Idnani, "A numerically stable dual method for solving
     strictly convex quadratic programs", Mathematical Programming 27, 1983, for a cost that is a sphere.
 
     Attributes:
-        y: (n,) the point.
-        index: (a,) which rows are active.
-        settled: whether y is in closed form, and not the end of several steps.
+        y: (n,) Nearest point.
+        index: (a,) Indices of the active rows.
+        settled: Whether y is in closed form, rather than the end of several steps.
     """
 
     def __init__(self, goal: Array, rows: Array, lower: Array, upper: Array, side: Array) -> None:
-        """Start from those of the bounds in `side` that depend on no others and do not pull.
+        """Start from the bounds in `side` that are independent of each other and do not pull.
 
         Args:
-            goal: (n,).
-            rows: (k, n) of unit length.
-            lower: (k,).
-            upper: (k,).
-            side: (k,) 1 where a lower bound is active, -1 where an upper is, otherwise 0.
+            goal: (n,) Point to be near to.
+            rows: (k, n) Rows of unit length.
+            lower: (k,) Lower bounds.
+            upper: (k,) Upper bounds.
+            side: (k,) 1 for an active lower bound, -1 for an active upper one, otherwise 0.
         """
         self._goal, self._rows, self._lower, self._upper = goal, rows, lower, upper
         self._Q: Array = np.zeros((len(goal), 0))
@@ -52,57 +52,57 @@ class WorkingSet:
             self.settle()
 
     def settle(self) -> None:
-        """Compute the point from the active rows alone, so that it does not depend on how they came to be active."""
+        """Compute the point from the active rows alone, so that it does not depend on the steps that led to them."""
         self.index.sort()
         side = self._side[self.index]
         normals = side[:, None] * self._rows[self.index]
         bounds = np.where(side > 0.0, self._lower[self.index], -self._upper[self.index])
         self._factorise()
         self.y, self._force = self._goal, np.zeros(len(side))
-        # The second round takes off what the first rounded.
+        # The second round removes the round-off of the first.
         for _ in range(2 if len(side) else 0):
-            way = self._inverse.T @ (bounds - normals @ self.y)
-            self.y = self.y + self._Q @ way
-            self._force = self._force + self._inverse @ way
+            step = self._inverse.T @ (bounds - normals @ self.y)
+            self.y = self.y + self._Q @ step
+            self._force = self._force + self._inverse @ step
         self.settled = True
 
     def add(self, row: int, sign: float, gap: float) -> bool:
-        """Move on to a point on one more bound, leaving those that would begin to pull.
+        """Move on to a point on one more bound, and drop the bounds that would begin to pull.
 
         Args:
-            row: the bound's.
+            row: Row of the bound.
             sign: 1 for the lower bound, -1 for the upper.
-            gap: by how much y exceeds it.
+            gap: Excess of the bound at y.
 
         Returns:
             Whether there is such a point; if not, no point is within all bounds.
         """
-        normal, own = sign * self._rows[row], 0.0
+        normal, force = sign * self._rows[row], 0.0
         self.settled = False
         while True:
             along = self._Q.T @ normal
-            way = normal - self._Q @ along
-            way -= self._Q @ (self._Q.T @ way)
-            square = float(way @ way)
+            across = normal - self._Q @ along
+            across -= self._Q @ (self._Q.T @ across)
+            square = float(across @ across)
             relief = self._inverse @ along
             full = gap / square if square > _PARALLEL**2 else np.inf
             first, partial = _first_to_pull(self._force, relief)
             step = min(full, partial)
             if step == np.inf:
                 return False
-            own += step
+            force += step
             self._force = self._force - step * relief
             if full < np.inf:
-                self.y = self.y + step * way
+                self.y = self.y + step * across
                 gap -= step * square
             if full <= partial:
                 break
             self._keep(np.arange(len(self.index)) != first)
             self._factorise()
         self._side[row] = sign
-        self.index, self._force = np.append(self.index, row), np.append(self._force, own)
+        self.index, self._force = np.append(self.index, row), np.append(self._force, force)
         length = np.sqrt(square)
-        self._Q = np.column_stack((self._Q, way / length))
+        self._Q = np.column_stack((self._Q, across / length))
         below = np.append(np.zeros(len(relief)), 1.0 / length)
         self._inverse = np.vstack((np.column_stack((self._inverse, -relief / length)), below))
         return True
@@ -112,14 +112,17 @@ class WorkingSet:
         self.index, self._force = self.index[kept], self._force[kept]
 
     def _factorise(self) -> None:
-        """Keep Q, whose columns span the active rows, and R⁻¹, where Q R are these rows as columns."""
+        """Store Q and R⁻¹ of the factorisation Q R of the active rows as columns."""
         normals = self._side[self.index, None] * self._rows[self.index]
         self._Q, R = np.linalg.qr(normals.T)
         self._inverse = np.linalg.inv(R)
 
 
 def _first_to_pull(force: Array, relief: Array) -> tuple[int, float]:
-    """Return which bound is the first to pull, and when, as each loses `relief` per unit of the new one; or -1, inf."""
+    """Return the first bound to pull and the step at which it does, or -1 and inf.
+
+    Each bound loses `relief` of its force per unit of the new bound's.
+    """
     times = np.full(len(force), np.inf)
     np.divide(force, relief, out=times, where=relief > 0.0)
     if not len(times):
