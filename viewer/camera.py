@@ -1,4 +1,4 @@
-"""Where to look from: at the objects and the hand's way, from the side on which least stands between."""
+"""The camera: what it frames, and the side from which least hides the objects and the hand."""
 
 from __future__ import annotations
 
@@ -10,16 +10,29 @@ from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.types import rotation_matrices
 from pilegrasp_ctrl.viewer.summary import summarize
 
-# Directions from the scene to the camera (azimuth from +x, elevation) in degrees, the preferred ones first: a push runs
-# along +x, so it is seen from the side, and from the right, so that pages of many attempts look alike.
 VIEWS = tuple(
     (side * azimuth, elevation) for side in (-1, 1) for azimuth in (90, 110, 70, 150) for elevation in (24, 42)
 )
+"""Directions from the scene to the camera: azimuth from +x and elevation [deg], the preferred ones first. A push runs
+along +x, so the camera sees it from the side. It looks from the right, so that pages of many attempts look alike."""
 
-_FRAMES = 8
-_TARGETS = 20
-_FAR = 3.0
-_ABOVE = np.array([0.0, 0.0, 0.02])
+RANK_COST = 0.01
+"""Share of the points that a view must hide less than the view before it in `VIEWS` to be taken instead; chosen."""
+
+FRAMES = 8
+"""Number of frames, at equal distances in time, in which a view is judged; chosen."""
+
+MAX_TARGETS = 20
+"""Largest number of objects, and of bodies of the hand, whose sight is judged; chosen."""
+
+EYE_DISTANCE = 3.0
+"""Distance from a point to the eye [m]: farther than anything in a scene."""
+
+TIP_HEIGHT = np.array([0.0, 0.0, 0.02])
+"""Displacement of the judged point from the tool [m], so that the table does not hide it."""
+
+MARGIN = 0.06
+"""Margin of the framed box around the bodies' frames [m]: about the size of an object."""
 
 
 def directions() -> NDArray[np.float64]:
@@ -31,7 +44,7 @@ def directions() -> NDArray[np.float64]:
 
 
 def action_box(recording: Recording) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the corners (3,), (3,) [m] of the box to frame: hand and objects, without the few that roll away."""
+    """Return the corners (3,) and (3,) [m] of the box to frame: hand and objects, without the few that roll away."""
     roles = np.array([body.role for body in recording.bodies])
     inside = []
     for role, share in (("hand", 2.0), ("object", 8.0)):
@@ -41,18 +54,18 @@ def action_box(recording: Recording) -> tuple[NDArray[np.float64], NDArray[np.fl
     if not inside:
         points = recording.body_position.reshape(-1, 3).astype(np.float64)
         inside.append(np.stack([points.min(axis=0), points.max(axis=0)]))
-    low = np.min([box[0] for box in inside], axis=0) - 0.06
-    high = np.max([box[1] for box in inside], axis=0) + 0.06
+    low = np.min([box[0] for box in inside], axis=0) - MARGIN
+    high = np.max([box[1] for box in inside], axis=0) + MARGIN
     return low, high
 
 
 def _veil(
     recording: Recording, index: int, frame: int, eyes: NDArray[np.float64], points: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return (V, P): what the body's shapes take from the sight of a point (P, 3) by an eye (V, 3); the slab test.
+    """Return how much a body's shapes hide points (P, 3) from eyes (V, 3): shares (V, P), by the slab test.
 
-    It is 1 for an opaque shape and the square of the opacity for glass, through which much can still be seen. A shape
-    around the point, as the joint is around a knuckle, is no obstacle.
+    An opaque shape hides all, and glass the square of its opacity, because much can be seen through it. A shape around
+    the point, such as a joint around a knuckle, hides nothing.
     """
     rotation = rotation_matrices(recording.body_quaternion[frame, index])
     position = recording.body_position[frame, index].astype(np.float64)
@@ -62,7 +75,7 @@ def _veil(
         center = position + rotation @ np.asarray(shape.position)
         half = np.maximum(shape.half_extents(), 1e-4)
         start = ((points - center) @ turn)[None, :, :]
-        ray = (eyes @ turn)[:, None, :] * _FAR
+        ray = (eyes @ turn)[:, None, :] * EYE_DISTANCE
         ray = np.where(np.abs(ray) < 1e-9, 1e-9, ray)
         one, two = (-half - start) / ray, (half - start) / ray
         enter, leave = np.minimum(one, two).max(axis=-1), np.maximum(one, two).min(axis=-1)
@@ -72,16 +85,16 @@ def _veil(
 
 
 def _spread(indices: list[int]) -> list[int]:
-    return indices[:: len(indices) // _TARGETS + 1]
+    return indices[:: len(indices) // MAX_TARGETS + 1]
 
 
 def _moments(recording: Recording) -> list[int]:
-    """Return the frames that must be seen: some at equal distances, and the ends of the primitives."""
+    """Return the frames in which views are judged: some at equal distances, and the ends of the primitives."""
     times = recording.frame_time
     ends = [row.end for row in summarize(recording.meta).primitives]
     return [
         int(k)
-        for k in np.searchsorted(times, [*np.linspace(times[0], times[-1], _FRAMES), *ends]).clip(0, len(times) - 1)
+        for k in np.searchsorted(times, [*np.linspace(times[0], times[-1], FRAMES), *ends]).clip(0, len(times) - 1)
     ]
 
 
@@ -96,16 +109,15 @@ def best_direction(recording: Recording) -> NDArray[np.float64]:
     hidden = np.zeros(len(candidates))
     for frame in moments:
         position = recording.body_position[frame].astype(np.float64)
-        # Not the whole hand: the wrist hides its root from almost everywhere.
-        tips = position[hand] if tool is None else tool[frame, None] + _ABOVE
+        # The whole hand would not do: the wrist hides its root from almost everywhere.
+        tips = position[hand] if tool is None else tool[frame, None] + TIP_HEIGHT
         for points in (position[objects], tips):
             veil = np.zeros((len(candidates), len(points)))
             for index, body in enumerate(recording.bodies):
                 if body.role in ("support", "arm", "sensor") and points.size:
                     veil = np.maximum(veil, _veil(recording, index, frame, candidates, points))
             hidden += veil.sum(axis=1) / max(1, len(points))
-    # A view one place down the list must hide one part in a hundred less.
-    return candidates[int(np.argmin(hidden / len(moments) + 0.01 * np.arange(len(candidates))))]
+    return candidates[int(np.argmin(hidden / len(moments) + RANK_COST * np.arange(len(candidates))))]
 
 
 def view(recording: Recording) -> dict[str, list[float]]:

@@ -334,6 +334,17 @@ def test_the_camera_would_rather_look_through_glass_than_at_an_arm():
     assert best_direction(beside(glass))[1] < -0.5
 
 
+def test_the_camera_leaves_its_preferred_view_for_one_that_hides_a_hundredth_less():
+    preferred, second = directions()[:2]
+    np.testing.assert_allclose(preferred, (0.0, -np.cos(np.deg2rad(24)), np.sin(np.deg2rad(24))), atol=1e-12)
+    np.testing.assert_allclose(second, (0.0, -np.cos(np.deg2rad(42)), np.sin(np.deg2rad(42))), atol=1e-12)
+    # A small pane that stands in the preferred view alone hides the square of its opacity.
+    pane = ((0.03, 0.005, 0.03), (0.0, -0.2, 0.03 + 0.2 * np.tan(np.deg2rad(24))))
+    for hidden, chosen in ((0.008, preferred), (0.012, second)):
+        scene = beside(("support", pane[0], np.sqrt(hidden), pane[1]))
+        np.testing.assert_array_equal(best_direction(scene), chosen)
+
+
 def test_the_camera_heeds_the_ends_of_the_primitives():
     passing = np.tile([0.0, -0.2, 0.0], (90, 1))
     passing[:] += 5.0
