@@ -1,4 +1,6 @@
-"""Digests of sixteen attempts, two recordings and a page: run it at two revisions to see whether results changed.
+"""Print digests of sixteen attempts, two recordings and a page, to see whether results changed between two revisions.
+
+Usage:
 
     python docs/studies/attempt_digests.py > before.json     # in one checkout
     python docs/studies/attempt_digests.py > after.json      # in another, on the same machine
@@ -13,6 +15,7 @@ import hashlib
 import json
 import re
 import tempfile
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from pathlib import Path
 
 import numpy as np
@@ -37,17 +40,17 @@ ATTEMPTS: list[tuple[str, int, dict[str, object]]] = [
     ("push_wall", 3, {}),
     ("free_space_line", 3, {}),
 ]
-"""Scenario, seed, and keys: every program, hand, support and kind of object at least once."""
+"""Scenario, seed and keys: every program, hand, support and object shape at least once."""
 
 RECORDED = (0, 12)
-"""Attempts whose recordings are compared as well; the first one's page, too."""
+"""Indices of the attempts whose recordings are compared too; of the first also the page."""
 
 VARYING = {"wall_time", "realtime_factor", "median_us", "p99_us"}
-"""Keys of a result that a clock fills in."""
+"""Keys of a result whose values a clock decides."""
 
 
 def stable(value: object) -> object:
-    """Return a result without what a clock filled in."""
+    """Return a result without the values that a clock decides."""
     if isinstance(value, dict):
         return {key: stable(entry) for key, entry in value.items() if key not in VARYING}
     return [stable(entry) for entry in value] if isinstance(value, list) else value
@@ -81,6 +84,7 @@ def page_digest(recording: pg.Recording) -> str:
 
 def main() -> None:
     """Print the digests as JSON."""
+    ArgumentParser(description=__doc__, formatter_class=RawDescriptionHelpFormatter).parse_args()
     document: dict[str, object] = {}
     for number, (scenario, seed, overrides) in enumerate(ATTEMPTS):
         record = number in RECORDED

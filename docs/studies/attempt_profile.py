@@ -1,4 +1,4 @@
-"""Where the processor time of one attempt goes, from the start of the process to the verdict.
+"""Print where the processor time of one attempt goes, from the start of the process to the verdict.
 
 Usage: python docs/studies/attempt_profile.py [NAME [KEY=VALUE]...]
 """
@@ -17,13 +17,18 @@ from pilegrasp_ctrl.config import Scenario, load_scenario, parse_overrides
 from pilegrasp_ctrl.episode import LOOP_PARTS, run_attempt
 from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.statistics import markdown_table
+from script import run_script
 
 SEEDS = (0, 1)
+"""Seeds of the attempts; chosen."""
+
 REPEATS = 2
 """Repeats of each seed; the least time counts, because whatever else runs on the machine only adds to it."""
 
 START, SETTLED = "process start and imports, once a worker", "preparation with an empty cache, once a seed"
 PREPARED, ATTEMPT = "preparation: pile from the cache, start posture, scene", "attempt, pile in the cache"
+"""Names of the other rows of the table."""
+
 WORDS = {
     "observe": "wrist sensor and encoders",
     "state": "arm's terms (Pinocchio)",
@@ -33,6 +38,7 @@ WORDS = {
     "step": "physics, and the sensor's samples",
     "check": "watchdog, saturation, rims",
 }
+"""Name of each part of the loop in the table."""
 
 
 class Clock:
@@ -83,9 +89,8 @@ def _start() -> float:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def main() -> None:
-    """Print the table."""
-    name, *overrides = sys.argv[1:] or ["spheres_wall"]
+def main(name: str = "spheres_wall", *overrides: str) -> None:
+    """Profile attempts of scenario NAME with OVERRIDES (KEY=VALUE), and print the table."""
     found = profile(load_scenario(name, parse_overrides(overrides)))
     shares = {part: f"{found[part] / found[ATTEMPT]:.1%}" for part in found if part not in (START, SETTLED)}
     rows = [(part, f"{seconds:.3f}", shares.get(part, "")) for part, seconds in found.items()]
@@ -93,4 +98,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -1,4 +1,4 @@
-"""The checks as the table of docs/physics.md, and its figure.
+"""Print the checks of the physics as the table of docs/physics.md, and draw its figure.
 
 Usage: python docs/studies/physics_report.py FIGURE.png
 """
@@ -17,9 +17,10 @@ from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.objects import OBJECT_MODELS
 from pilegrasp_ctrl.validation.physics.contact_rig import ContactRig
 from pilegrasp_ctrl.validation.physics.friction import ROLLING, roll, slip
+from pilegrasp_ctrl.validation.physics.physics_check import markdown
 from pilegrasp_ctrl.validation.physics.restitution import SWEEP, TOLERANCE, sweep
 from pilegrasp_ctrl.validation.physics.suite import physics_checks
-from pilegrasp_ctrl.validation.physics.table import markdown
+from script import run_script
 
 
 def figure() -> Figure:
@@ -50,7 +51,7 @@ def _draw_slip(axes: Axes) -> None:
     shovel = Hand.load("shovel")
     for name in ("cube", "cylinder"):
         rig = ContactRig.build(OBJECT_MODELS[name], shovel)
-        friction = rig.kind.surface.lateral
+        friction = rig.object_model.surface.lateral
         result = slip(rig, rig.spots["table"], friction)
         axes.plot(np.degrees(result.slopes), 1e3 * result.speeds, label=name)
     axes.axvline(np.degrees(np.arctan(friction)), color="k", linestyle=":", linewidth=1, label="atan(mu)")
@@ -67,13 +68,12 @@ def _draw_rolling(axes: Axes) -> None:
     axes.set(title="Rolling (dotted: formula)", xlabel="time [s]", ylabel="speed [m/s]")
 
 
-def main() -> None:
-    """Carry out the checks, print the table and draw the figure."""
-    file = Path(sys.argv[1])
+def main(file: Path) -> None:
+    """Run the checks, print the table and draw the figure into FILE, a PNG."""
     check_output(file, ".png")
     print(markdown(physics_checks(lambda share, name: print(f"{share:4.0%} {name}", file=sys.stderr))))
     figure().savefig(file, dpi=90)
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

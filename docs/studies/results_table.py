@@ -1,6 +1,6 @@
-"""The verdicts of a study of the paper as a Markdown table, for docs/results/README.md.
+"""Print the verdicts of a study of the paper as the Markdown table of docs/results/README.md.
 
-Usage: python results_table.py DIR, a folder of `pilegrasp paper`
+Usage: python docs/studies/results_table.py DIR, a folder of `pilegrasp paper`
 """
 
 import json
@@ -11,14 +11,14 @@ from script import run_script
 
 
 def row(claim: dict) -> list[str]:
-    """Return a claim's cells: the paper's number, verdict, each part of the predicate with what was found, and why."""
+    """Return the cells of a claim: the paper's number, the verdict, each part of the predicate, and the reason."""
     parts = "<br>".join(f"{part['statement']}: {part['verdict']}" for part in claim["parts"])
     cells = (claim["id"], claim["claim"], claim["paper"], f"**{claim['verdict']}**", parts, claim["explanation"])
     return [" ".join(cell.split()) for cell in cells]
 
 
 def main(folder: Path) -> None:
-    """Print what was run, then a line for each claim."""
+    """Print the study's command and size, then a line for each claim."""
     document = json.loads((folder / "claims.json").read_text(encoding="utf-8"))
     versions = ", ".join(f"{name} {version}" for name, version in document["versions"].items())
     print(f"`{document['command']}`, seeds from {document['seeds_from']}: {document['attempts']} attempts at ", end="")

@@ -1,4 +1,7 @@
-"""The pictures of docs/viewer.md: `python docs/studies/screenshots.py STUDY FOLDER`, after `pilegrasp report STUDY`."""
+"""Write the pictures of docs/viewer.md.
+
+Usage: python docs/studies/screenshots.py STUDY FOLDER, after `pilegrasp report STUDY`
+"""
 
 import base64
 from pathlib import Path
@@ -13,7 +16,7 @@ ONLY = "overlays.querySelectorAll('input').forEach(b => %s.includes(b.dataset.ov
 
 
 def main(study: Path, folder: Path) -> None:
-    """Show the study's first success and first failure, and write the pictures into FOLDER."""
+    """Open the pages of the study's first success and first failure, and write the pictures into FOLDER."""
     rows, pair = reversed(index_rows.read_attempts(study)), study / "pair.html"
     files = {row.success: (study / index_rows.RECORDINGS / row.stem).with_suffix(".npz") for row in rows}
     write_html(Recording.load(files[True]), pair, Recording.load(files[False]))

@@ -1,4 +1,4 @@
-"""How a script beside this file takes its arguments, and ends."""
+"""Arguments and errors of the scripts beside this file."""
 
 import sys
 from argparse import ArgumentParser
@@ -13,8 +13,9 @@ from pilegrasp_ctrl.exceptions import ConfigurationError, PilegraspError
 def run_script(main: Callable[..., None]) -> None:
     """Call a function with the arguments of the command line, in the order of its parameters.
 
-    A parameter's annotation turns the text into its value; one with a default may be left out. What cannot be used ends
-    the script with one sentence on standard error and status 2. `--help` shows the function's docstring.
+    A parameter's annotation turns the text into its value; a parameter with a default may be left out. An argument that
+    cannot be used ends the script with one sentence on standard error and status 2. `--help` shows the function's
+    docstring.
     """
     hints = get_type_hints(main)
     parser = ArgumentParser(description=main.__doc__)
@@ -26,7 +27,7 @@ def run_script(main: Callable[..., None]) -> None:
             type=hints[name],
             nargs="*" if parameter.kind is Parameter.VAR_POSITIONAL else "?" if optional else None,
             default=parameter.default if optional else None,
-            help="%(default)s where absent" if optional else None,
+            help="default: %(default)s" if optional else None,
         )
     values = vars(parser.parse_args())
     rest = [values.pop(name) for name, parameter in parameters.items() if parameter.kind is Parameter.VAR_POSITIONAL]
@@ -44,7 +45,7 @@ def seed_range(first: int, last: int) -> range:
     """Return the seeds from `first` on, `last` left out.
 
     Raises:
-        ConfigurationError: where there are none.
+        ConfigurationError: The range is empty.
     """
     if last <= first:
         raise ConfigurationError(f"there is no seed from {first} to {last}, the last one left out; raise the second")

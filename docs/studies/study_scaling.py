@@ -1,6 +1,6 @@
-"""What an attempt costs a worker, what it costs the parent, and how many workers one parent can feed.
+"""Print what an attempt costs a worker and the parent, and how many workers one parent can feed.
 
-`python docs/studies/study_scaling.py [NAME [KEY=VALUE]...]` measures and prints both.
+Usage: python docs/studies/study_scaling.py [NAME [KEY=VALUE]...]
 """
 
 from __future__ import annotations
@@ -23,27 +23,34 @@ from pilegrasp_ctrl.study.dispatch import Pool, dispatch
 from pilegrasp_ctrl.study.origins import origins_of
 from pilegrasp_ctrl.study.store import StudyStore
 from pilegrasp_ctrl.study.worker_pool import WorkerPool
+from script import run_script
 
 JOBS = (1, 2)
+"""Numbers of worker processes that are measured."""
+
 WORKERS = (1, 2, 10, 100, 1000)
+"""Numbers of workers for which the rate is projected."""
+
 ATTEMPTS = 8
-"""For each worker, after one that warms it up and is not counted."""
+"""Attempts of each worker, after one that warms it up and is not counted [-]; chosen."""
+
 EMPTY = 500
-"""Tasks without an attempt, by which the parent's own work is measured."""
+"""Work items without an attempt, which measure the parent's own work [-]; chosen."""
+
 RESULT_BYTES = 900
 """Length of the result of a grasp as JSON."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What was measured with some workers.
+    """The cost of attempts with some workers.
 
     Attributes:
-        workers: how many.
-        attempts: how many were counted.
-        wall: time from the first to the last of them [s].
-        worker: processor time of an attempt [s].
-        parent: processor time of the parent for each of them [s].
+        workers: Number of workers.
+        attempts: Number of attempts that were counted.
+        wall: Wall-clock time from the first to the last of them [s].
+        worker: Processor time of an attempt [s].
+        parent: Processor time of the parent for each attempt [s].
     """
 
     workers: int
@@ -54,7 +61,7 @@ class Cost:
 
     @property
     def per_minute(self) -> float:
-        """Attempts a minute."""
+        """Attempts per minute."""
         return 60.0 * self.attempts / self.wall
 
 
@@ -67,20 +74,20 @@ def empty(item: WorkItem) -> AttemptReport:
 def measure(
     pool: AbstractContextManager[Pool], workers: int, function: Any, scenario: Scenario, each: int, warm: int = 1
 ) -> Cost:
-    """Carry out `each` attempts a worker and write them down, as a study does.
+    """Run `each` attempts of every worker and store them, as a study does.
 
-    `warm` more a worker come before them and do not count: a worker imports the engines with its first.
+    Each worker first runs `warm` more, which do not count, because it imports the engines with its first.
     """
     condition = Condition(scenario, {})
     origins = origins_of([scenario])
-    order = partial(WorkItem, scenario, condition.config_hash, record="no", measure=None, origins=origins)
+    make_item = partial(WorkItem, scenario, condition.config_hash, record="no", measure=None, origins=origins)
     with tempfile.TemporaryDirectory() as folder, StudyStore(folder, create=True) as store, pool as entered:
         store.adopt([condition], origins)
         seeds = range(workers * (each + warm))
 
         def run_these(seeds: Sequence[int]) -> list[AttemptReport]:
             reports: list[AttemptReport] = []
-            for batch in dispatch(entered, function, [order(seed) for seed in seeds], _no_report):
+            for batch in dispatch(entered, function, [make_item(seed) for seed in seeds], _no_report):
                 found = [report for _, report in batch]
                 store.add([(condition, report) for report in found])
                 reports += found
@@ -95,12 +102,12 @@ def measure(
 
 
 def projected(workers: int, attempt: float, parent: float) -> float:
-    """Return attempts a minute: as many as the workers manage, or as the parent writes down, whichever are fewer.
+    """Return the attempts per minute that the workers run or the parent stores, whichever are fewer.
 
     Args:
-        workers: each on a core of its own.
-        attempt: time of an attempt on such a core [s].
-        parent: time that the parent needs for each [s].
+        workers: Number of workers, each with its own core.
+        attempt: Time of an attempt on such a core [s].
+        parent: Time of the parent for each attempt [s].
     """
     return 60.0 * min(workers / attempt, 1.0 / parent)
 
@@ -124,9 +131,8 @@ def _print(label: str, cost: Cost) -> None:
     print(markdown_row(cells), flush=True)
 
 
-def main() -> None:
-    """Measure and print."""
-    name, *overrides = sys.argv[1:] or ["free_space_line"]
+def main(name: str = "free_space_line", *overrides: str) -> None:
+    """Measure attempts of scenario NAME with OVERRIDES (KEY=VALUE), and print both tables."""
     scenario = load_scenario(name, parse_overrides(overrides))
     names = ("", "workers", "attempts", "a minute", "worker [s]", "parent [ms]", "wall time / attempts [ms]")
     print(markdown_table(names))
@@ -141,7 +147,7 @@ def main() -> None:
     try:
         cluster, pool = _cluster(2)
     except ImportError:
-        print("distributed is not installed, so nothing is said of a cluster", file=sys.stderr)
+        print("distributed is not installed, so no cluster is measured", file=sys.stderr)
     else:
         with cluster:
             parents["cluster"] = measure(pool, 2, empty, scenario, EMPTY)
@@ -159,4 +165,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -1,4 +1,4 @@
-"""The scripts in scenarios/: what they say to arguments that cannot be used."""
+"""The scripts in docs/studies: their usage, and their answer to arguments that cannot be used."""
 
 import subprocess
 import sys
@@ -68,13 +68,15 @@ def test_a_defect_keeps_its_traceback(error, monkeypatch):
         call(refuses(error), monkeypatch)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "script", sorted(path.name for path in FOLDER.glob("[!_]*.py") if "run_script(main)" in path.read_text())
+    "script", sorted(path.name for path in FOLDER.glob("*.py") if '__name__ == "__main__"' in path.read_text())
 )
 def test_every_script_says_what_it_takes(script):
     shown = subprocess.run([sys.executable, FOLDER / script, "--help"], capture_output=True, text=True, timeout=120)
     assert shown.returncode == 0, shown.stderr
     assert "usage: " + script in shown.stdout
+    assert f"python docs/studies/{script}" in (FOLDER / script).read_text().split('"""')[1]
 
 
 @pytest.mark.skipif(find_spec("pybullet") is not None, reason="PyBullet is installed")
