@@ -19,7 +19,7 @@ def path(*parts: str) -> Path:
     """Return the file or folder `parts` below this folder, such as `path("wam7", "wam7.urdf")`.
 
     Raises:
-        ModelError: where nothing has this name.
+        ModelError: No file or folder has this name.
     """
     found = _ROOT.joinpath(*parts)
     if not parts or ".." in found.parts or not found.is_relative_to(_ROOT) or not found.exists():
@@ -32,7 +32,7 @@ def description(name: str) -> dict[str, Any]:
     """Return the parsed `robot.toml` of an arm ("wam7") or a hand ("hands/rbo_hand2"); SI units.
 
     Raises:
-        ModelError: where there is no such robot, or its file is not valid TOML.
+        ModelError: No robot has this name, or its file is not valid TOML.
     """
     if name not in (known := [*names(), *hands()]):
         raise ModelError(f"no robot '{name}'; the robots are: {', '.join(known)}")

@@ -23,7 +23,7 @@ class Stepper:
     """Advances a simulation step by step, and computes steps with suspicious contacts again.
 
     MuJoCo's search for several contacts (4.0) reports two cylinders that touch along their flanks as centimetres deep,
-    once in some ten thousand steps, and would throw them apart. Without the search a flat end stands on a single point,
+    once in some ten thousand steps, and would throw them apart. Without the search a flat end rests on a single point,
     and slips and bounces as it should not. Therefore a step in which the deepest contact has become deeper by a jump is
     computed again, one contact at a time and more exactly. If the jump was real, nothing is lost.
 

@@ -1,4 +1,4 @@
-"""What follows from a hand's `robot.toml`: its MJCF and the value column of its README.
+"""Writes what follows from a hand's `robot.toml`: its MJCF and the value column of its README.
 
 `python tests/helpers/hand_files.py` (or `make hands`) writes both again for every hand.
 """
@@ -49,7 +49,7 @@ def write(name: str) -> tuple[Path, Path]:
     """Write MJCF and README of the hand `name` in its folder and return their paths.
 
     Raises:
-        ModelError: where there is no such hand.
+        ModelError: No hand has this name.
     """
     hand = Hand.load(name)
     model, readme = path("hands", name) / f"{name}.xml", path("hands", name, "README.md")

@@ -9,7 +9,7 @@ from pilegrasp_ctrl.statistics import markdown_table
 
 
 def table() -> str:
-    """Return every kind and variant as a Markdown table, from the files alone."""
+    """Return every object and variant as a Markdown table, from the files alone."""
     header = ("object", "variant", "shape and size [mm]", "mass [g]", "moments of inertia [g·cm²]")
     lines = []
     for name, file in object_files().items():
@@ -21,20 +21,19 @@ def table() -> str:
     return markdown_table((*header, "restitution", "source"), lines)
 
 
-def _row(name: str, variant: str, kind: ObjectModel, source: str) -> list[str]:
-    moments = [f"{1e7 * kind.inertia_factor * moment:.0f}" for moment in kind.solid_inertia()]
+def _row(name: str, variant: str, object_model: ObjectModel, source: str) -> list[str]:
+    moments = [f"{1e7 * object_model.inertia_factor * moment:.0f}" for moment in object_model.solid_inertia()]
     inertia = moments[0] if len(set(moments)) == 1 else ", ".join(moments)
-    cells = [f"`{name}`", f"`{variant}`", _size(kind), f"{1000 * kind.mass:g}", inertia]
-    return [*cells, f"{kind.surface.restitution:.3g}", source]
+    cells = [f"`{name}`", f"`{variant}`", _size(object_model), f"{1000 * object_model.mass:g}", inertia]
+    return [*cells, f"{object_model.surface.restitution:.3g}", source]
 
 
-def _size(kind: ObjectModel) -> str:
-    widths = [f"{2000 * half:g}" for half in kind.half_size]
-    size = (
-        f"{kind.shape} ⌀ {widths[0]}" if kind.shape in ("sphere", "cylinder") else f"{kind.shape} {' × '.join(widths)}"
-    )
-    size += f", height {widths[1]}" if kind.shape == "cylinder" else ""
-    return size + (f"; {kind.net.members} in a loop of {1000 * kind.net.loop:g}" if kind.net else "")
+def _size(object_model: ObjectModel) -> str:
+    shape, net = object_model.shape, object_model.net
+    widths = [f"{2000 * half:g}" for half in object_model.half_size]
+    size = f"{shape} ⌀ {widths[0]}" if shape in ("sphere", "cylinder") else f"{shape} {' × '.join(widths)}"
+    size += f", height {widths[1]}" if shape == "cylinder" else ""
+    return size + (f"; {net.members} in a loop of {1000 * net.loop:g}" if net else "")
 
 
 if __name__ == "__main__":
