@@ -10,6 +10,7 @@ from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.files import read_toml
 
 FOLDER = Path(__file__).resolve().parent
+"""Folder of the scenarios that ship."""
 
 
 def names() -> list[str]:
@@ -26,7 +27,7 @@ def object_digests(path: Path) -> list[str]:
     """Return SHA-256 digests of the file of an object and of the meshes that it names.
 
     Raises:
-        ConfigurationError: where one of them cannot be read, or the file is not TOML.
+        ConfigurationError: A file cannot be read, or the object's file is not TOML.
     """
     table = read_toml(path)
     try:
@@ -40,12 +41,12 @@ def object_digests(path: Path) -> list[str]:
 
 
 def is_file(name: str) -> bool:
-    """Return whether a text is meant as a file: it ends in `.toml` or holds a slash."""
+    """Return whether a text names a file: it ends in `.toml` or contains a slash."""
     return name.lower().endswith(".toml") or "/" in name
 
 
 def object_parts(text: str) -> list[str]:
-    """Return the names and files that `pile.object` joins by +; a file that exists may have one in its path."""
+    """Split `pile.object` at each + into names and files; the path of a file that exists may contain a +."""
     return [text] if is_file(text) and Path(text).is_file() else text.split("+")
 
 
@@ -53,10 +54,10 @@ def find(name: str | Path) -> Path:
     """Return the TOML file of a scenario.
 
     Args:
-        name: one of `names()`; or the path of a file: a `Path`, or a text that ends in `.toml` or holds a slash.
+        name: One of `names()`; or the path of a file: a `Path`, or a text that ends in `.toml` or contains a slash.
 
     Raises:
-        ConfigurationError: where no scenario of that name ships.
+        ConfigurationError: No scenario that ships has that name.
     """
     if isinstance(name, Path) or is_file(name):
         return Path(name)

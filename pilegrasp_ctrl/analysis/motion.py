@@ -59,6 +59,11 @@ def measure(recording: Recording) -> dict[str, Any]:
     }
 
 
+def measure_attempt(recording: Recording) -> dict[str, Any]:
+    """Return what the paper's claims need of an attempt: its `motion` pattern and the `table_force`, as JSON values."""
+    return {"motion": measure(recording), "table_force": table_force(recording)}
+
+
 def annotate(recording: Recording) -> Recording:
     """Return the recording with its motion pattern in `meta["motion"]`; unchanged if there was no push."""
     if primitive(recording, "push") is None:

@@ -11,7 +11,6 @@ from pilegrasp_ctrl.files import write_whole
 from pilegrasp_ctrl.provenance import versions
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
 from pilegrasp_ctrl.scenarios.paper.ledger import judge_claims, ledger_documents, record_examples
-from pilegrasp_ctrl.scenarios.paper.measure import MEASURE
 from pilegrasp_ctrl.scenarios.paper.page import results_page
 from pilegrasp_ctrl.scenarios.paper.plan import EXPERIMENTS, PlannedCondition, plan
 from pilegrasp_ctrl.study.run import Progress, run_study
@@ -19,6 +18,9 @@ from pilegrasp_ctrl.study.store import StudyStore
 
 FIGURES = "figures"
 """Folder of the figures, below the study's."""
+MEASURE = "pilegrasp_ctrl.analysis.motion.measure_attempt"
+"""What the study keeps of each recording. It lies apart from the claims, because a study is refused where the package
+of its measure has changed, and a claim in other words must not cost the attempts."""
 
 
 def run_paper(

@@ -87,7 +87,8 @@ def test_a_real_doctor_finds_nothing_wrong(tmp_path):
     assert json.loads(done.stdout)["ok"] is True
 
 
-@pytest.mark.parametrize("script", ["grasp_wall.py", "track_line.py"])
+@pytest.mark.slow
+@pytest.mark.parametrize("script", sorted(path.name for path in FOLDER.glob("[!_]*.py")))
 def test_a_script_runs_as_it_stands(tmp_path, script):
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     command = [sys.executable, str(FOLDER / script)]
