@@ -1,1 +1,1 @@
-"""The search over gains: what is tried, how it is judged, and the page that shows it."""
+"""The search over gains: which gains are tried, how they are judged, and the page that shows the result."""

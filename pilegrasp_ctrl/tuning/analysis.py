@@ -1,4 +1,4 @@
-"""What a finished search is asked: how far it is to ringing, how the arm answers a step, which gain matters."""
+"""The analysis of a finished search: stability margins, step responses, and which gain matters."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ from .trial import TrialWork, resting_arm, run_trials, trial_pool
 
 AXES = ("x", "y", "z", "about x", "about y", "about z")
 LATE = (0, 1)
-"""The margin is found as simulated, and with the torque a control period later."""
+"""Control periods by which the torque is late in the margins: as simulated, and one period later."""
 SWEEP = tuple(2.0 ** (power / 2.0) for power in range(-4, 5))
-"""Factors on one gain at a time: a quarter to four times."""
-ENOUGH = 10
-"""Fewer completed trials say nothing about which gain matters."""
+"""Factors on one gain at a time (chosen): a quarter to four times, in steps of the square root of two."""
+MIN_TRIALS = 10
+"""Number of completed trials below which nothing is said about which gain matters (chosen)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contender:
-    """The start or the best, looked at closely.
+    """The start or the best trial in detail.
 
     Attributes:
-        record: the trial.
-        gains: what it used.
-        margins: by lateness in control periods.
-        responses: to a step along each of the six axes; None where the loop diverged or was refused.
+        record: Trial.
+        gains: Gains of the trial.
+        margins: Stability margin by lateness of the torque in control periods.
+        responses: Response to a step along each of the six axes; None if the loop diverged or was refused.
     """
 
     record: TrialRecord
@@ -52,12 +52,12 @@ class Contender:
 
 @dataclass(frozen=True, slots=True)
 class SweepPoint:
-    """One gain changed, the others as in the best.
+    """One gain changed, the others as in the best trial.
 
     Attributes:
-        value: of the gain.
-        measured: None where the attempt was not completed.
-        rings: whether the loop rings at the required margin.
+        value: Value of the gain.
+        measured: Measurements; None if the attempt was not completed.
+        rings: Whether the loop rings at the required margin.
     """
 
     value: float
@@ -67,17 +67,17 @@ class SweepPoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Explanation:
-    """A finished search and what was learned from it.
+    """A finished search and its analysis.
 
     Attributes:
-        search: what was asked.
-        records: every finished trial.
-        front: the Pareto front of those with margin.
-        rule: how the best was chosen.
-        start: trial 0.
-        best: the one that is proposed.
-        importance: by gain, share of what sets good tracking apart; {} where fewer than `ENOUGH` trials were completed.
-        sweeps: by gain, from low to high; {} likewise.
+        search: Search.
+        records: Finished trials.
+        front: Pareto front of the trials with margin.
+        rule: Rule by which the best was chosen.
+        start: Trial 0 in detail.
+        best: Proposed trial in detail.
+        importance: Share of each gain in good tracking; {} if fewer than `MIN_TRIALS` trials were completed.
+        sweeps: Points of each gain, from low to high; {} in the same case.
     """
 
     search: Search
@@ -91,21 +91,21 @@ class Explanation:
 
 
 def explain(search: Search, store: TuningStore, jobs: int = 1, progress: Progress | None = None) -> Explanation:
-    """Look closely at start and best; what was computed for an earlier page is taken from the store.
+    """Return the analysis of a finished search; what an earlier run computed is taken from the store.
 
     Raises:
-        ConfigurationError: where no trial was completed.
+        ConfigurationError: No trial was completed.
     """
     records = store.records()
     best, rule = choose(records, search.scenario.strategy.grasp_force)
     if best is None:
-        reason = records[0].report.reason if records else "none was carried out"
+        reason = records[0].report.reason if records else "none was run"
         raise ConfigurationError(f"none of the {len(records)} trials was completed; the first: {reason}")
     if progress is not None:
         progress("stability margins", 0, 1, None)
     start = _look_at(search, store, records[0])
     chosen = start if best.number == records[0].number else _look_at(search, store, best)
-    known = sum(record.report.measured is not None for record in records) >= ENOUGH
+    known = sum(record.report.measured is not None for record in records) >= MIN_TRIALS
     sweeps = _sweeps(search, store, best, jobs, progress) if known else {}
     importance = _importance(store.study) if known else {}
     return Explanation(search, records, pareto_front(records), rule, start, chosen, importance, sweeps)
@@ -139,7 +139,7 @@ def _look_at(search: Search, store: TuningStore, record: TrialRecord) -> Contend
 def _sweeps(
     search: Search, store: TuningStore, best: TrialRecord, jobs: int, progress: Progress | None
 ) -> dict[str, list[SweepPoint]]:
-    """Change one gain at a time and run the first seed."""
+    """Return the measurements of the first seed with one gain changed at a time."""
     centre = search.space.rounded(best.values)
     points: dict[str, list[tuple[float, str]]] = {}
     work_items: dict[int, tuple[str, TrialWork]] = {}
@@ -169,7 +169,7 @@ def _point(value: float, noted: Mapping[str, Any]) -> SweepPoint:
 
 
 def _importance(study: optuna.Study) -> dict[str, float]:
-    """Return by how much each gain sets the trials with the best tracking apart.
+    """Return the importance of each gain for the trials with the best tracking.
 
     After S. Watanabe, A. Bansal and F. Hutter, "PED-ANOVA: efficiently quantifying hyperparameter importance in
     arbitrary subspaces", IJCAI 2023.

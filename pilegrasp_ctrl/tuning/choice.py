@@ -1,7 +1,8 @@
-"""Which of the finished trials are worth looking at, and which one is proposed."""
+"""The choice among finished trials: the Pareto front, and the trial that is proposed."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from .objectives import Measured
@@ -12,31 +13,31 @@ RULE = (
     f"of the trials that do not ring at {REQUIRED_MARGIN:g} times their stiffness, the one with the smallest product "
     "of tracking², activity and, where a force ends the push, the largest force"
 )
-"""A product has no scales to be chosen: a tenth off one factor is worth as much as a tenth off another, and the
-smallest one always lies on the Pareto front. Tracking counts twice, because it is what the gains are for."""
+"""Rule of the choice. A product needs no scales: a tenth off one factor is worth as much as a tenth off another. The
+smallest product always lies on the Pareto front. Tracking counts twice, because it is the purpose of the gains."""
 NO_MARGIN = (
-    f"no trial was free of ringing at {REQUIRED_MARGIN:g} times its stiffness, so that the one that rings least stands "
-    "here; do not use it"
+    f"every trial rings at {REQUIRED_MARGIN:g} times its stiffness; the one that rings least is shown, do not use it"
 )
+"""Sentence in place of the rule if no trial keeps its margin."""
 
 
 def merit(measured: Measured, grasp_force: float) -> float:
-    """Return the logarithm of what `RULE` makes small.
+    """Return the logarithm of the product that `RULE` minimises.
 
     Args:
-        measured: of a trial.
-        grasp_force: F_grasp [N].
+        measured: Measurements of a trial.
+        grasp_force: Force threshold F_grasp [N].
     """
     tracking, *others = measured.scores(grasp_force)
     return 2.0 * tracking + sum(others)
 
 
 def choose(records: Sequence[TrialRecord], grasp_force: float) -> tuple[TrialRecord | None, str]:
-    """Return the trial that is proposed and the rule that it was chosen by; None where none was completed.
+    """Return the proposed trial and the rule of the choice; (None, "") if no trial was completed.
 
     Args:
-        records: the finished trials.
-        grasp_force: F_grasp [N].
+        records: Finished trials.
+        grasp_force: Force threshold F_grasp [N].
     """
     feasible = [record for record in records if record.report.feasible]
     if feasible:
@@ -48,7 +49,7 @@ def choose(records: Sequence[TrialRecord], grasp_force: float) -> tuple[TrialRec
 
 
 def pareto_front(records: Sequence[TrialRecord]) -> list[TrialRecord]:
-    """Return the trials with margin of which no other is better in one objective and worse in none, by tracking."""
+    """Return the trials with margin that no other trial dominates, sorted by tracking error."""
     rows = [
         (record, record.report.measured.objectives())
         for record in records
@@ -63,5 +64,5 @@ def pareto_front(records: Sequence[TrialRecord]) -> list[TrialRecord]:
 
 
 def _merit(record: TrialRecord, grasp_force: float) -> float:
-    assert record.report.measured is not None
-    return merit(record.report.measured, grasp_force)
+    measured = record.report.measured
+    return math.inf if measured is None else merit(measured, grasp_force)

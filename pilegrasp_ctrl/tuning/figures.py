@@ -1,4 +1,4 @@
-"""The figures of a search's page: small panels, each an SVG that follows the page's colours."""
+"""The figures of the page of a search: small panels, each an SVG in the colours of the page."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from matplotlib.figure import Figure
 from ..study.charts import figure_style, page_colours, svg_element
 from .analysis import AXES, Contender, Explanation, SweepPoint
 from .objectives import Measured, objective_names
-from .stability_margin import MOST
+from .stability_margin import MAX_RINGING
 from .store import TrialRecord
 
 COLOURS = page_colours("ink", "soft", "rule", "paper", "start", "best", "front", "bad")
 INK, SOFT, RULE, PAPER, START, BEST, FRONT, BAD = COLOURS.values()
 WIDE, SMALL = (4.4, 3.1), (3.0, 2.1)
-"""Width and height of a panel [in]."""
+"""Width and height of a panel [in] (chosen)."""
 LABELS = {"tracking": "tracking error [mm]", "activity": "torque activity [%]", "overshoot": "force beyond F_grasp [N]"}
 
 _KINDS = ((False, "x", BAD, "rings too early"), (True, "o", SOFT, "keeps the margin"))
-"""Whether a trial is feasible, and how it is drawn."""
+"""Marker, colour and label of trials that are not feasible, and of those that are."""
 
 
 @figure_style(INK, SOFT, RULE)
 def trade_off(explanation: Explanation, x: str) -> str:
-    """Return the trials in the plane of tracking and another objective, the front, the start and the best."""
+    """Return the plane of tracking and another objective with all trials, the front, the start and the best."""
     figure, axes = _panel(WIDE)
     rows = [record for record in explanation.records if record.report.measured is not None]
     for kept, marker, colour, label in _KINDS:
@@ -105,7 +105,7 @@ def margin_panel(explanation: Explanation) -> str:
             factors, ringing = np.array(margin.probes).T
             name = label if late == 0 else f"{label}, {late} period{'s' if late > 1 else ''} later"
             style = ("-", "--", ":")[min(late, 2)]
-            axes.plot(factors, np.clip(ringing, 1e-2, MOST), style, marker=".", color=colour, label=name)
+            axes.plot(factors, np.clip(ringing, 1e-2, MAX_RINGING), style, marker=".", color=colour, label=name)
     axes.axhline(1.0, color=BAD, linewidth=1.0)
     axes.axvline(1.0, color=RULE, linewidth=0.8)
     axes.set(xscale="log", yscale="log", xlabel="factor on the stiffness", ylabel="ringing (1 and above rings)")
@@ -140,7 +140,7 @@ def sweep_panel(explanation: Explanation, name: str) -> str:
 
 
 def _moving(explanation: Explanation) -> float:
-    """Return how long the slowest response of all goes on moving by more than a hundredth of its step [s]."""
+    """Return a tenth more than the time in which the slowest response comes within 1 % of its end [s]."""
     last = 0.05
     for contender in (explanation.start, explanation.best):
         for axis, response in enumerate(contender.responses):
@@ -192,7 +192,7 @@ def _plain_ticks(axes: Axes) -> None:
 
 
 def _subs(side: Any) -> tuple[float, ...]:
-    """Return the digits at which ticks stand: more of them where the axis spans little."""
+    """Return the digits at which there are ticks; an axis that spans little has more of them."""
     low, high = side.get_view_interval()
     return (1.0, 2.0, 5.0) if high / low > 8.0 else (1.0, 1.2, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
 

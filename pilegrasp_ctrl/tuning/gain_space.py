@@ -1,4 +1,4 @@
-"""Which gains a search may try: bounds with a physical reason, and the way from numbers to a file of gains."""
+"""The gains that a search may try: bounds with a physical reason, and the file of gains that numbers become."""
 
 from __future__ import annotations
 
@@ -13,32 +13,31 @@ from ..tasks.gains import Impedance, MotionGains
 
 Gains = MotionGains | Impedance
 
-TABLE = {"operational_space": "motion", "impedance": "impedance"}
 AXES = {"translation": slice(0, 3), "rotation": slice(3, 6)}
+"""Axes of the stiffness that each number of a search scales."""
 
-SLOWEST = 5.0
-"""Smallest natural frequency worth trying: an error that takes a second to decay [rad/s]."""
-FASTEST = 0.2
-"""Largest natural frequency times the control period: ten ticks for 63 % of a critically damped response [rad]."""
+MIN_FREQUENCY = 5.0
+"""Smallest natural frequency that is tried [rad/s] (chosen): an error takes a second to decay."""
+MAX_PHASE = 0.2
+"""Largest natural frequency times the control period [rad] (chosen): ten ticks for 63 % of a critically damped step."""
 IMPEDANCE_BOUNDS = {"translation": (100.0, 10000.0), "rotation": (5.0, 500.0)}
-"""From a spring that 1 N moves by 10 mm to one that 2 cm press with 200 N, the largest F_grasp [N/m]; the same between
-hand and fingertips, on a lever of about 0.2 m [N·m/rad]."""
+"""Bounds of an impedance [N/m, N·m/rad]. The softest spring gives way by 10 mm to 1 N; the stiffest presses with 200 N,
+the largest F_grasp, at 2 cm. The rotation has the same springs on a lever of about 0.2 m, from hand to fingertips."""
 DAMPING_BOUNDS = (0.3, 2.0)
-"""From an overshoot of 37 % to a decay four times slower than critical."""
+"""Bounds of the damping ratio (chosen): from an overshoot of 37 % to a decay four times slower than critical."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GainSpace:
-    """Three numbers to search over: `translation` and `rotation`, each the largest stiffness of its axes, and a ratio.
+    """The three numbers of a search: `translation` and `rotation`, the largest stiffness of their axes, and a ratio.
 
-    What else the start holds stays as it is: the proportions of the axes among each other, and for an impedance its
-    explicit damping, inertia, desired force and dead band.
-
-    A number that is zero at the start, as the damping ratio of an impedance that is damped explicitly, stays zero.
+    Everything else stays as in the start gains: the proportions of the axes, and for an impedance its explicit damping,
+    inertia, desired force and dead band. A number that is zero at the start stays zero, such as the damping ratio of an
+    impedance that is damped explicitly.
 
     Attributes:
-        start: the gains where the search begins.
-        bounds: name to (lowest, highest): "translation", "rotation" [1/s², or N/m and N·m/rad], "damping_ratio".
+        start: Gains at which the search begins.
+        bounds: Lowest and highest value of "translation", "rotation" [1/s², or N/m and N·m/rad] and "damping_ratio".
     """
 
     start: Gains
@@ -46,16 +45,16 @@ class GainSpace:
 
     @classmethod
     def around(cls, start: Gains, rate: float) -> Self:
-        """Return the space for a kind of gains; a start outside the usual bounds moves them.
+        """Return the space around start gains; a start outside the usual bounds moves them.
 
         Args:
-            start: the gains where the search begins.
-            rate: of the control [Hz]; it limits the stiffness of a motion, not that of an impedance.
+            start: Gains at which the search begins.
+            rate: Control rate [Hz]; it limits the stiffness of a motion, not that of an impedance.
 
         Raises:
-            ConfigurationError: where the start has no stiffness at all.
+            ConfigurationError: The start has no stiffness at all.
         """
-        motion = (SLOWEST**2, (FASTEST * rate) ** 2)
+        motion = (MIN_FREQUENCY**2, (MAX_PHASE * rate) ** 2)
         usual = dict.fromkeys(AXES, motion) if isinstance(start, MotionGains) else IMPEDANCE_BOUNDS
         values = _values(start)
         if not values.keys() & AXES.keys():
@@ -66,27 +65,27 @@ class GainSpace:
 
     @property
     def start_values(self) -> dict[str, float]:
-        """The numbers of the start."""
+        """Numbers of the start gains."""
         return _values(self.start)
 
     @property
     def units(self) -> dict[str, str]:
-        """Name to unit."""
+        """Unit of each number."""
         motion = isinstance(self.start, MotionGains)
         known = {"translation": "1/s²" if motion else "N/m", "rotation": "1/s²" if motion else "N·m/rad"}
         return {name: known.get(name, "1") for name in self.bounds}
 
     def rounded(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Return the values to three digits, as a person would write them; the start's own stay exact."""
+        """Return the values rounded to three digits; those of the start stay exact."""
         if dict(values) == self.start_values:
             return dict(values)
         return {name: float(f"{value:.3g}") for name, value in values.items()}
 
     def gains(self, values: Mapping[str, float]) -> Gains:
-        """Return the start's gains with these numbers in place of its own."""
+        """Return the start gains with these numbers."""
         stiffness = np.array(self.start.stiffness)
         for name, value in values.items():
-            # Unchanged numbers stay the same bits, so that the start is the file that was given.
+            # Unchanged numbers keep their bits, so that the start equals the file that was given.
             if name in AXES and value != self.start_values[name]:
                 part = stiffness[AXES[name]]
                 part[:] = part / part.max() * value
@@ -102,8 +101,8 @@ def gains_text(gains: Gains, comment: str = "") -> str:
     """Return the content of a file that `load_gains` reads back to the same bits.
 
     Args:
-        gains: what to write.
-        comment: lines for the head of the file.
+        gains: Gains to write.
+        comment: Lines for the head of the file.
     """
     motion = isinstance(gains, MotionGains)
     lines = [f"# {line}" for line in comment.splitlines()]
@@ -117,7 +116,7 @@ def gains_text(gains: Gains, comment: str = "") -> str:
 
 
 def gains_table(gains: Gains) -> dict[str, Any]:
-    """Return the gains as JSON values under the name of their table."""
+    """Return the gains as JSON values below the name of their table."""
     return {"motion" if isinstance(gains, MotionGains) else "impedance": _table(gains)}
 
 

@@ -1,4 +1,4 @@
-"""What a search over gains makes small, read from the recordings of the attempts."""
+"""The objectives of a search over gains, measured in the recordings of the attempts."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ from ..recording import Recording
 from ..types import Array, Outcome
 
 LEVER = 0.1
-"""A rotation error counts as what it moves a point at this distance, about half a hand [m]."""
+"""Lever by which a rotation error counts as a position error: about half the length of a hand [m] (chosen)."""
 FREE = ("line", "approach")
-"""Primitives whose reference the tool can follow; in contact the error is the spring that presses."""
+"""Primitives in which tracking is measured. In contact the error is the spring that presses, not a fault."""
 AFTER_TRIGGER = 0.1
-"""The force is watched for this long after it has ended the push, where the recording goes on [s]."""
-
-_LEAST = 1e-9
+"""How long the force is watched after it has ended the push [s] (chosen)."""
+MIN_SCORED = 1e-9
+"""Smallest value of which a logarithm is taken, so that 0 has a score (chosen)."""
 
 
 class UnfinishedError(PilegraspError):
-    """An attempt that ended before it was over, so that nothing can be measured."""
+    """An attempt that was not completed, so that nothing can be measured."""
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What some gains did in one attempt, or in all attempts together.
+    """The measurements of one attempt, or of several attempts together.
 
     Attributes:
-        tracking: rms of tool position and rotation together, `sqrt(|e_p|² + (LEVER |e_R|)²)` [mm].
-        activity: rms over samples and joints of the change of |torque| within 10 ms [% of the torque limit].
-        overshoot: largest force along the push beyond F_grasp, the sensor's lag removed [N]; None without a push.
-        position: rms position error [mm].
-        rotation: rms rotation error [mrad].
-        share: rms over samples and joints of |torque| [% of the torque limit].
+        tracking: Rms of tool position and rotation together, `sqrt(|e_p|² + (LEVER |e_R|)²)` [mm].
+        activity: Rms over samples and joints of the change of |torque| within 10 ms [% of the torque limit].
+        overshoot: Largest force along the push beyond F_grasp, the sensor's lag removed [N]; None without a push.
+        position: Rms position error [mm].
+        rotation: Rms rotation error [mrad].
+        share: Rms over samples and joints of |torque| [% of the torque limit].
     """
 
     tracking: float
@@ -50,22 +50,22 @@ class Measured:
     share: float
 
     def objectives(self) -> tuple[float, ...]:
-        """Return what is made small, in the order of `objective_names`."""
+        """Return the objectives, in the order of `objective_names`."""
         both = (self.tracking, self.activity)
         return both if self.overshoot is None else (*both, self.overshoot)
 
     def scores(self, grasp_force: float) -> tuple[float, ...]:
-        """Return the logarithms of tracking, activity and, where there is a push, its largest force.
+        """Return the logarithms of tracking, activity and, with a push, its largest force.
 
-        A sampler that is told these takes a tenth off one for as much as a tenth off another; told millimetres and
-        percent, it would study whichever spreads over the larger numbers.
+        With logarithms the sampler values a tenth off one objective as much as a tenth off another. With millimetres
+        and percent it would study the objective with the larger spread of numbers.
 
         Args:
-            grasp_force: F_grasp, from which the overshoot counts [N].
+            grasp_force: Force threshold F_grasp, from which the overshoot counts [N].
         """
         values = [self.tracking, self.activity]
         values += [] if self.overshoot is None else [grasp_force + self.overshoot]
-        return tuple(float(np.log(max(value, _LEAST))) for value in values)
+        return tuple(float(np.log(max(value, MIN_SCORED))) for value in values)
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
@@ -78,18 +78,18 @@ def has_push(scenario: Scenario) -> bool:
 
 
 def objective_names(scenario: Scenario) -> tuple[str, ...]:
-    """Return the attributes of `Measured` that are made small."""
+    """Return the attributes of `Measured` that the search minimises."""
     return ("tracking", "activity", "overshoot") if has_push(scenario) else ("tracking", "activity")
 
 
 def measure(result: EpisodeResult, scenario: Scenario) -> Measured:
-    """Return what one recorded attempt shows.
+    """Return the measurements of one recorded attempt.
 
-    The torque counts by its changes: holding the arm up costs the same under all gains, and an arm that sags away
-    from its reference holds itself up with a little less, which must not look like a merit.
+    The torque counts by its changes. Holding the arm up costs the same with all gains, and an arm that sags away from
+    its reference needs a little less torque, which must not count in its favour.
 
     Raises:
-        UnfinishedError: where a primitive failed, or nothing was followed freely.
+        UnfinishedError: A primitive failed, or no free motion was recorded.
     """
     recording, last = result.recording, result.outcomes[-1]
     if last.status == "failed":
@@ -114,7 +114,7 @@ def measure(result: EpisodeResult, scenario: Scenario) -> Measured:
 
 
 def combined(parts: Sequence[Measured]) -> Measured:
-    """Return attempts of several seeds as one: root mean square of the rms values, largest overshoot."""
+    """Return the measurements of several seeds as one: root mean square of the rms values, largest overshoot."""
     overshoots = [part.overshoot for part in parts if part.overshoot is not None]
     values = {
         name: _rms(np.array([getattr(part, name) for part in parts]))
@@ -134,9 +134,9 @@ def _during(recording: Recording, outcome: Outcome) -> NDArray[np.bool_]:
 def _overshoot(recording: Recording, push: Outcome, scenario: Scenario) -> float:
     """Return the largest force along the push beyond F_grasp [N].
 
-    A first-order low-pass y is undone exactly for an input that is constant between samples: over a time t it passes
-    the share 1 - exp(-2 pi cutoff t) of a step. Where the tick that ends the push is not among the samples, its force
-    is the peak that the outcome names, because the first force beyond F_grasp ends the push.
+    The sensor's first-order low-pass is inverted exactly for a force that is constant between samples: within a time t
+    it passes the share 1 - exp(-2 pi cutoff t) of a step. The tick that ends the push may lie between two samples. Its
+    force is then the peak of the outcome, because the first force beyond F_grasp ends the push.
     """
     watched = (recording.signal_time >= push.start) & (recording.signal_time <= push.end + AFTER_TRIGGER)
     time = recording.signal_time[watched]

@@ -1,4 +1,4 @@
-"""One page about a search that opens anywhere, offline: what was won, at what price, and how far it is to ringing."""
+"""The page of a search, one file that opens offline: improvement, trade-offs and stability margin."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ def page(explanation: Explanation, document: Mapping[str, Any], command: str) ->
     """Return the page as HTML.
 
     Args:
-        explanation: the search.
-        document: what `--json` prints.
-        command: what the user typed.
+        explanation: Analysis of the search.
+        document: JSON document of the command line.
+        command: Command of the user.
     """
     search, names = explanation.search, objective_names(explanation.search.scenario)
     panels = [trade_off(explanation, name) for name in names[1:]]
@@ -74,7 +74,7 @@ def page(explanation: Explanation, document: Mapping[str, Any], command: str) ->
 
 
 def number(value: float) -> str:
-    """Return three digits, without an exponent where a person would write none."""
+    """Return three digits, without an exponent from 0.001 to 100000."""
     if value == 0.0 or not 1e-3 <= abs(value) < 1e5:
         return f"{value:.3g}"
     return f"{value:.{max(0, 2 - int(np.floor(np.log10(abs(value)))))}f}"

@@ -1,4 +1,4 @@
-"""What a search leaves behind: the gains, a table of the trials, a page, and one JSON document about them."""
+"""The results of a search: the gains, a table of the trials, a page, and the JSON document of the command line."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ def write_results(explanation: Explanation, command: str) -> dict[str, Any]:
     """Write `best.toml`, `trials.csv` and `index.html`, and return the document that `--json` prints.
 
     Args:
-        explanation: the search.
-        command: what the user typed, for the page.
+        explanation: Analysis of the search.
+        command: Command of the user, for the page.
 
     Raises:
-        ExportError: where a file cannot be written.
+        ExportError: A file cannot be written.
     """
     folder = explanation.search.folder
     write_output(folder / "best.toml", best_text(explanation).encode(), "gains")
@@ -39,7 +39,7 @@ def write_results(explanation: Explanation, command: str) -> dict[str, Any]:
 
 
 def best_text(explanation: Explanation) -> str:
-    """Return the file of the proposed gains, with where they come from at its head."""
+    """Return the text of the file of the proposed gains, with their origin at its head."""
     search, best = explanation.search, explanation.best
     measured = best.record.report.measured
     facts = [] if measured is None else [f"{name} {value:.3g} {UNITS[name]}" for name, value in _facts(measured)]
@@ -52,7 +52,7 @@ def best_text(explanation: Explanation) -> str:
 
 
 def trials_csv(explanation: Explanation) -> str:
-    """Return every trial as one line, with the unit in the column's name where there is one."""
+    """Return every trial as one line of CSV; the names of the columns contain the units."""
     names = [*explanation.search.space.bounds]
     measures = [*UNITS]
     columns = ["trial", "state", *names]
@@ -87,7 +87,7 @@ def trials_csv(explanation: Explanation) -> str:
 
 
 def as_document(explanation: Explanation) -> dict[str, Any]:
-    """Return the search and its outcome as JSON values."""
+    """Return the search and its result as JSON values."""
     search, records = explanation.search, explanation.records
     start, best = explanation.start.record.report.measured, explanation.best.record.report.measured
     names = objective_names(search.scenario)
@@ -125,7 +125,7 @@ def as_document(explanation: Explanation) -> dict[str, Any]:
 
 
 def state(completed: bool, feasible: bool) -> str:
-    """Return the word for what became of a trial."""
+    """Return the word for the result of a trial: ok, rings or failed."""
     return ("ok" if feasible else "rings") if completed else "failed"
 
 

@@ -1,4 +1,4 @@
-"""Search for controller gains: propose, simulate, remember, choose, and explain on a page."""
+"""The search for controller gains: propose, simulate, store, choose."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ from .store import BATCH, SAMPLER_SEED, SPREAD, TrialRecord, TuningStore
 from .trial import REQUIRED_MARGIN, TrialReport, TrialWork, resting_arm, run_trial, run_trials, trial_pool
 
 FIRST_JUDGING_SEED = 10000
-"""Seeds from here on judge what was tuned on smaller ones."""
+"""First seed that is kept for judging; gains are tuned on smaller ones (chosen)."""
 
 Progress = Callable[[str, int, int, float | None], None]
-"""Called with what is being done, how much of it is done, how much there is, and the best tracking so far [mm]."""
+"""A function that is told what runs, how much of it is done, how much there is, and the best tracking so far [mm]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Search:
-    """What a search is asked to do; together with the versions of the engines it fixes every result.
+    """The task of a search; together with the versions of the packages it fixes every result.
 
     Attributes:
-        scenario: with `controller.kind` set, and no file of gains.
-        space: what may be tried, and the start.
-        seeds: of the attempts of each trial.
-        late: control periods by which the torque is late where ringing is looked for.
-        folder: where everything is written.
+        scenario: Scenario with `controller.kind` set, and no file of gains.
+        space: Gains that may be tried, and the start.
+        seeds: Seeds of the attempts of each trial.
+        late: Control periods by which the torque is late when the ringing is measured.
+        folder: Folder to which everything is written.
     """
 
     scenario: Scenario
@@ -50,11 +50,11 @@ class Search:
 
     @property
     def kind(self) -> str:
-        """Which controller is tuned."""
+        """Controller that is tuned."""
         return str(self.scenario.controller.kind)
 
     def configuration(self) -> dict[str, Any]:
-        """Return everything that results depend on, as JSON values."""
+        """Return everything that the results depend on, as JSON values."""
         return {
             "scenario": self.scenario.model_dump(mode="json", exclude={"summary", "tags"}),
             "seeds": list(self.seeds),
@@ -68,7 +68,7 @@ class Search:
         }
 
     def gains_file(self, number: int) -> Path:
-        """Return where the gains of a trial are written."""
+        """Return the path of the gains of a trial."""
         return self.folder / "gains" / f"trial_{number:04d}.toml"
 
     def with_gains(self, gains: Gains, file: Path, comment: str) -> Scenario:
@@ -87,19 +87,19 @@ class Search:
 def plan_search(
     scenario: Scenario, out: Path, *, start: Path | None = None, seeds: tuple[int, ...] = (0,), late: int = 0
 ) -> Search:
-    """Return a search that can be carried out.
+    """Return a search that can run, and make its folder.
 
     Args:
-        scenario: what is tried; its own kind of controller and file of gains count.
-        out: the folder to write to; it is made.
-        start: file of gains to begin with; where absent the scenario's own, or the ones that ship.
-        seeds: of the attempts.
-        late: control periods by which the torque is late where ringing is looked for.
+        scenario: Scenario to tune for; its controller and its file of gains count.
+        out: Folder to write to.
+        start: File of gains to begin with; the scenario's, or else the gains that ship, if absent.
+        seeds: Seeds of the attempts.
+        late: Control periods by which the torque is late when the ringing is measured.
 
     Raises:
-        ConfigurationError: where the seeds are no tuning seeds, the gains do not fit the controller, or the scenario
-            cannot be prepared.
-        ExportError: where the folder cannot be made.
+        ConfigurationError: The seeds are kept for judging, the gains do not fit the controller, or the scenario cannot
+            be prepared.
+        ExportError: The folder cannot be made.
     """
     check_seeds(seeds)
     if not 0 <= late <= 10:
@@ -124,13 +124,13 @@ def check_seeds(seeds: tuple[int, ...]) -> None:
     """Refuse seeds that are kept for judging.
 
     Raises:
-        ConfigurationError: where there is none, one is negative, or one is at least `FIRST_JUDGING_SEED`.
+        ConfigurationError: There is no seed, one is negative, or one is at least `FIRST_JUDGING_SEED`.
     """
     if not seeds or min(seeds) < 0:
         raise ConfigurationError("--seeds takes FIRST:LAST, the last one left out, such as 0:3 for three attempts")
     if max(seeds) >= FIRST_JUDGING_SEED:
         raise ConfigurationError(
-            f"seed {max(seeds)} is kept for judging what was tuned; tune on seeds below {FIRST_JUDGING_SEED}, such as "
+            f"seed {max(seeds)} is kept for judging the result; tune on seeds below {FIRST_JUDGING_SEED}, such as "
             "--seeds 0:3"
         )
 
@@ -142,20 +142,20 @@ def run_search(
     progress: Progress | None = None,
     function: Callable[[TrialWork], TrialReport] = run_trial,
 ) -> TuningStore:
-    """Carry out what is missing of a search and return its store.
+    """Run the missing trials of a search and return its store.
 
-    Every finished trial is in `search.db` before the next one begins; an interrupt loses only what is under way.
+    Every finished trial is in `tuning.db` at once; an interrupt loses only the trials that are under way.
 
     Args:
-        search: what to do.
-        trials: how many there shall be, the start and the failed ones among them.
-        jobs: number of processes; results do not depend on it.
-        progress: called after every trial.
-        function: what carries a trial out; for tests.
+        search: Search to run.
+        trials: Number of trials in the end, including the start and the failed ones.
+        jobs: Number of processes; the results do not depend on it.
+        progress: Function that is called after every trial.
+        function: Function that runs a trial; another one only in tests.
 
     Raises:
-        ConfigurationError: where a number is out of range, or the folder holds another search.
-        SimulationError: where a worker process died.
+        ConfigurationError: A number is out of range, or the folder holds another search.
+        SimulationError: The worker processes of one trial died again and again.
     """
     if trials < 1 or jobs < 1:
         raise ConfigurationError(f"{trials} trials in {jobs} jobs: both must be at least 1")

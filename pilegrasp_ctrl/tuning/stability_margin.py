@@ -20,37 +20,39 @@ from ..types import Array, ControllerOutput, Observation, Reference
 from .gain_space import scaled
 
 SWING = 0.02
-"""A torque that swings by more than this share of its limit, peak to peak, in the last quarter of the response rings. A
-loop that has come to rest swings by less than 2e-3, one past its limit by 2, from one end of its range to the other."""
+"""Peak-to-peak swing of a torque in the last quarter of the response that counts as ringing, as a share of its limit
+(chosen). A loop at rest swings by less than 2e-3; one past its limit by 2, from one end of its range to the other."""
 OVERSHOOT = 0.25
-"""More than this share of the step beyond it rings too: a damping ratio below 0.4 where all axes have one frequency."""
+"""Overshoot that counts as ringing, as a share of the step (chosen): a damping ratio below 0.4 if all axes have one
+frequency."""
 LARGEST_STEP = (0.005, 0.05)
-"""The step along every axis at once, so that no mode is left out [m, rad]; smaller where the gains would answer it with
-more than the following, so that limits bend no response."""
+"""Largest step along each axis [m, rad] (chosen). All axes step at once, so that no mode is left out. The step is
+smaller if the gains would answer with more than the following values, so that no limit bends the response."""
 LARGEST_ACCELERATION = (5.0, 25.0)
-"""[m/s², rad/s²] for the gains of a motion."""
+"""Largest acceleration that answers a step with motion gains [m/s², rad/s²] (chosen)."""
 LARGEST_FORCE = (10.0, 0.5)
-"""[N, N·m] for an impedance."""
+"""Largest force that answers a step with an impedance [N, N·m] (chosen)."""
 DURATION = 1.0
-MOST = 2.0 / SWING
-"""Ringing where the torques swing over their whole range, or the loop diverges."""
-HIGHEST = 16.0
-"""Factors beyond this are not tried."""
+"""Duration of a response [s] (chosen)."""
+MAX_RINGING = 2.0 / SWING
+"""Ringing of torques that swing over their whole range, and of a loop that diverges."""
+MAX_FACTOR = 16.0
+"""Largest factor on the stiffness that is tried (chosen)."""
 RESOLUTION = 1.05
-"""Ratio of the two factors between which the bisection ends."""
+"""Ratio of the two factors at which the bisection ends (chosen)."""
 
 Probe = Callable[[float], float]
-"""From a factor on the stiffness to the ringing at it; 1 and more is ringing."""
+"""A function from a factor on the stiffness to the ringing at it; 1 and more rings."""
 
 
 @dataclass(frozen=True, slots=True)
 class Margin:
-    """Where on the scale of stiffness the ringing begins.
+    """The factor on the stiffness at which ringing begins.
 
     Attributes:
-        factor: largest factor found without ringing; 0 where even the smallest one rings.
-        limited: whether ringing was found at all; where it was not, `factor` is the largest one tried.
-        probes: what was tried, by factor: pairs of factor and ringing.
+        factor: Largest factor without ringing; 0 if even the smallest one rings.
+        limited: Whether ringing was found at all; if not, `factor` is the largest one that was tried.
+        probes: Pairs of factor and ringing that were tried, sorted by factor.
     """
 
     factor: float
@@ -58,20 +60,20 @@ class Margin:
     probes: tuple[tuple[float, float], ...]
 
     def __str__(self) -> str:
-        """Return the factor as a person would write it."""
+        """Return the factor in two digits."""
         return f"{self.factor:.2g}" if self.limited else f"at least {self.factor:g}"
 
 
-def find_margin(probe: Probe, highest: float = HIGHEST, resolution: float = RESOLUTION) -> Margin:
+def find_margin(probe: Probe, highest: float = MAX_FACTOR, resolution: float = RESOLUTION) -> Margin:
     """Return the factor at which ringing begins, by doubling or halving from 1 and then by bisection on a log scale.
 
     Args:
-        probe: the ringing at a factor; it is taken to begin once and to stay.
-        highest: largest factor tried; its inverse is the smallest.
-        resolution: ratio of the factors around the border, above 1.
+        probe: Ringing at a factor; it is assumed to begin at one factor and to stay above it.
+        highest: Largest factor that is tried; its inverse is the smallest.
+        resolution: Ratio of the two factors around the border, above 1.
 
     Raises:
-        ConfigurationError: where `highest` or `resolution` is not above 1.
+        ConfigurationError: `highest` or `resolution` is not above 1.
     """
     if not (highest > 1.0 and resolution > 1.0):
         raise ConfigurationError(f"highest = {highest} and resolution = {resolution} must both be above 1")
@@ -108,14 +110,14 @@ def find_margin(probe: Probe, highest: float = HIGHEST, resolution: float = RESO
 
 
 def ringing(response: StepResponse, torque_limit: Array) -> float:
-    """Return how much a response rings; 1 and more is ringing.
+    """Return how much a response rings; 1 and more rings.
 
-    The larger of two: the swing of the torques in the last quarter over `SWING`, which does not ask whether the tool
-    moves with them; and the overshoot over `OVERSHOOT`.
+    It is the larger of two ratios: the swing of the torques in the last quarter over `SWING`, whether the tool moves or
+    not, and the overshoot over `OVERSHOOT`.
 
     Args:
-        response: of the loop.
-        torque_limit: (nv,) [N·m].
+        response: Step response of the loop.
+        torque_limit: Torque limits (nv,) [N·m].
     """
     tail = response.torque[-(len(response.time) // 4) :] / torque_limit
     return max(float(np.ptp(tail, axis=0).max()) / SWING, response.overshoot / OVERSHOOT)
@@ -124,20 +126,18 @@ def ringing(response: StepResponse, torque_limit: Array) -> float:
 def make_controller(
     arm: ArmModel, gains: MotionGains | Impedance, q: Array, rate: float, solver: str, friction: bool = True
 ) -> Controller:
-    """Return the controller that these gains are for in free motion, with `q` (nv,) as its posture [rad].
-
-    Feedback of a measured force plays no part there.
+    """Return the controller of these gains for free motion, without feedback of a measured force.
 
     Args:
-        arm: the arm with its tool.
-        gains: of the tool.
-        q: (nv,) [rad].
-        rate: of the control [Hz].
-        solver: of the quadratic program.
-        friction: whether it feeds the joint friction forward.
+        arm: Arm with its tool.
+        gains: Gains of the tool.
+        q: Posture (nv,) [rad].
+        rate: Control rate [Hz].
+        solver: Solver of the quadratic program.
+        friction: Whether the controller compensates joint friction.
 
     Raises:
-        ConfigurationError: where the gains could not be held.
+        ConfigurationError: The control rate is too low for the gains.
     """
     if isinstance(gains, MotionGains):
         return OperationalSpaceController(arm, gains, q, solver=solver, rate=rate, friction=friction)
@@ -150,16 +150,16 @@ def stiffness_probe(
 ) -> Probe:
     """Return the ringing of a step response as a function of a factor on the stiffness, at the same damping ratio.
 
-    Joint friction is left out of the plant and of the feed-forward: it steadies a loop, and changes with temperature
-    and wear, so that no margin may count on it.
+    Joint friction is left out of the plant and of the controller. It damps a loop, but changes with temperature and
+    wear, so a margin must not depend on it.
 
     Args:
-        arm: the arm with its tool.
-        gains: at factor 1.
-        q: (nv,) where it rests [rad].
-        rate: of the control [Hz].
-        solver: of the quadratic program.
-        late: control periods by which the torque comes late, beside the one for which it is held.
+        arm: Arm with its tool.
+        gains: Gains at factor 1.
+        q: Posture at rest (nv,) [rad].
+        rate: Control rate [Hz].
+        solver: Solver of the quadratic program.
+        late: Control periods by which the torque is late, beside the one for which it is held.
     """
     plant = ArmSimulation(arm, friction_coulomb=0.0, friction_viscous=0.0)
 
@@ -182,8 +182,8 @@ def stiffness_probe(
             )
         # An impedance whose sampled loop would diverge is refused before it moves.
         except (SimulationError, ConfigurationError):
-            return MOST
-        return min(ringing(response, arm.torque_limit), MOST)
+            return MAX_RINGING
+        return min(ringing(response, arm.torque_limit), MAX_RINGING)
 
     return probe
 
@@ -195,13 +195,14 @@ def _step(gains: MotionGains | Impedance) -> Array:
 
 
 class LateController:
-    """Gives the answer to the observation of some control periods ago; until there is one, the first.
+    """A controller whose torques arrive some control periods late, as over a bus or after a slow sensor.
 
-    It remembers answers, so that one instance serves one run.
+    Until the first late torque arrives, it repeats the first answer. It stores answers, so use one instance for each
+    run.
     """
 
     def __init__(self, controller: Controller, periods: int) -> None:
-        """Take a controller and by how many periods it is late."""
+        """Take a controller and the number of control periods by which it is late."""
         self._controller = controller
         self._waiting: deque[ControllerOutput] = deque(maxlen=periods + 1)
 

@@ -19,25 +19,26 @@ from .objectives import Measured
 from .trial import TrialReport
 
 SAMPLER_SEED = 20200312
+"""Seed of the sampler for trial 0; trial n has this plus n (chosen)."""
 BATCH = 4
-"""Trials that are proposed together, from what is known before any of them ran: so the proposals do not depend on how
-many workers there are, nor on which of them is faster."""
+"""Number of trials that are proposed together, before any of them runs (chosen). The proposals therefore depend neither
+on the number of workers nor on their speed."""
 SPREAD = 12
-"""Trials at the beginning, the start among them, that cover the space evenly before the sampler draws conclusions."""
+"""Number of trials that cover the space evenly before the sampler proposes, including the start (chosen)."""
 FAILED = 100.0
-"""What the sampler is told of a constraint that an attempt which was not completed has failed."""
+"""Violation of the constraint that the sampler is told for a trial that was not completed (chosen)."""
 
 _SEARCH, _NOTES = "search", "sensitivity"
 
 
 @dataclass(frozen=True, slots=True)
 class TrialRecord:
-    """A trial as the store knows it.
+    """A finished trial.
 
     Attributes:
-        number: of the trial; 0 is the start.
-        values: the numbers that were proposed, unrounded.
-        report: what came of them.
+        number: Number of the trial; 0 is the start.
+        values: Numbers that were proposed, unrounded.
+        report: Report of the worker.
     """
 
     number: int
@@ -46,10 +47,10 @@ class TrialRecord:
 
 
 class TuningStore:
-    """A search over gains that survives its process.
+    """The store of a search over gains, which survives the process.
 
-    Every trial is proposed from a seed of its own and from the trials of earlier batches, so that a search that was
-    killed goes on as if nothing had happened.
+    Every trial is proposed from its own seed and from the trials of earlier batches. A search that was killed therefore
+    goes on with the same proposals.
     """
 
     def __init__(
@@ -64,16 +65,16 @@ class TuningStore:
         """Open a store, or make one.
 
         Args:
-            path: the SQLite file; its folder exists.
+            path: SQLite file in a folder that exists.
             configuration: JSON values on which every result depends.
-            bounds: name to (lowest, highest).
-            start: the first trial.
-            scores: what the sampler makes small, from what was measured.
-            objectives: how many scores there are.
+            bounds: Lowest and highest value of each number.
+            start: Numbers of the first trial.
+            scores: Function from measurements to the scores that the sampler minimises.
+            objectives: Number of scores.
 
         Raises:
-            ConfigurationError: where the store holds another search.
-            ExportError: where the file is no store, or cannot be written.
+            ConfigurationError: The store holds another search.
+            ExportError: The file is not a store, or cannot be written.
         """
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         self.path, self._start, self._scores = path, dict(start), scores
@@ -92,11 +93,11 @@ class TuningStore:
             raise
         except Exception as error:
             reason = str(error).partition("\n")[0]
-            raise ExportError(f"{path}: is no store of a search, or cannot be written: {reason}") from error
+            raise ExportError(f"{path}: is not the store of a search, or cannot be written: {reason}") from error
 
     @property
     def study(self) -> optuna.Study:
-        """The search as optuna knows it."""
+        """Search as a study of optuna."""
         return self._search
 
     def _check(self, configuration: dict[str, Any]) -> None:
@@ -110,15 +111,15 @@ class TuningStore:
             )
 
     def records(self) -> list[TrialRecord]:
-        """Return the finished trials, by number."""
+        """Return the finished trials, sorted by number."""
         states = (TrialState.COMPLETE, TrialState.PRUNED)
         return [_record(trial) for trial in self._search.get_trials(deepcopy=False, states=states)]
 
     def propose(self, total: int) -> list[tuple[int, dict[str, float]]]:
-        """Return number and values of the trials that are to be carried out next; none where `total` are finished."""
+        """Return number and values of the trials that run next; none if `total` are finished."""
         begun = self._search.get_trials(deepcopy=False)
         count = len(begun)
-        # An interrupt may have left a batch half proposed or half carried out, an earlier `total` may have cut it.
+        # A batch may be incomplete, after an interrupt or because of a smaller `total` in an earlier run.
         whole = count % BATCH == 0 and all(trial.state.is_finished() for trial in begun)
         end = min(total, count + BATCH if whole else -(-count // BATCH) * BATCH)
         if any(trial.state == TrialState.WAITING for trial in begun):
@@ -141,11 +142,10 @@ class TuningStore:
         self._search.ask(self._distributions)
 
     def _spread(self, number: int) -> dict[str, float]:
-        """Return a point of an additive recurrence, on the scale of the search.
+        """Return a point of an additive recurrence, on the logarithmic scale of the search.
 
-        The shares are multiples of powers of 1 / g modulo 1, g^(d + 1) = g + 1, which leaves no large gaps in d
-        dimensions (H. Niederreiter, Random Number Generation and Quasi-Monte Carlo Methods, 1992, on Kronecker
-        sequences).
+        The shares are multiples of powers of 1 / g modulo 1, with g^(d + 1) = g + 1. They leave no large gaps in d
+        dimensions (Kronecker sequences; H. Niederreiter, Random Number Generation and Quasi-Monte Carlo Methods, 1992).
         """
         bounds = self._distributions.values()
         g = 2.0
@@ -158,10 +158,10 @@ class TuningStore:
         }
 
     def tell(self, report: TrialReport) -> None:
-        """Write down what came of a trial; from then on nothing loses it."""
+        """Write the report of a trial; when this returns, it is kept."""
         trial = optuna.trial.Trial(self._search, self._search.get_trials(deepcopy=False)[report.number]._trial_id)
         with warnings.catch_warnings():
-            # A trial whose process was killed while it wrote has its constraint already; the value is the same.
+            # If the process was killed while it wrote, the trial has its constraint already, with the same value.
             warnings.simplefilter("ignore")
             worst = max(report.ringing) - 1.0 if report.measured is not None else FAILED
             trial.set_constraint("ringing", min(worst, FAILED))
@@ -172,11 +172,11 @@ class TuningStore:
             self._search.tell(trial, self._scores(report.measured))
 
     def noted(self, key: str) -> Any:
-        """Return what was noted under a key, or None."""
+        """Return the value that was noted under a key, or None."""
         return self._notes.user_attrs.get(key)
 
     def note(self, key: str, value: Any) -> None:
-        """Keep a JSON value that was costly to compute."""
+        """Note a JSON value that was costly to compute."""
         self._notes.set_user_attr(key, value)
 
 

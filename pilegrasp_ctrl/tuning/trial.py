@@ -1,4 +1,4 @@
-"""One trial of a search over gains: the attempts, what they show, and whether the loop rings."""
+"""One trial of a search over gains: its attempts, its measurements, and whether the loop rings."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from .objectives import Measured, combined, measure
 from .stability_margin import stiffness_probe
 
 REQUIRED_MARGIN = 2.0
-"""By which factor the stiffness must be able to grow before the loop rings; 2 to 5 is usual for a gain margin
-(K. J. Åström and R. M. Murray, Feedback Systems, 2nd ed., 2021, section 10.3)."""
+"""Factor by which the stiffness can grow before the loop rings; 2 to 5 is usual for a gain margin (K. J.
+Åström and R. M. Murray, Feedback Systems, 2nd ed., 2021, section 10.3)."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrialWork:
-    """What a worker needs to know.
+    """What a worker gets.
 
     Attributes:
-        number: of the trial; negative where it belongs to no search.
-        scenario: with controller and file of gains set.
-        seeds: of the attempts.
-        late: control periods by which the torque is late where the ringing is looked for.
+        number: Number of the trial.
+        scenario: Scenario with its controller and its file of gains.
+        seeds: Seeds of the attempts.
+        late: Control periods by which the torque is late when the ringing is measured.
     """
 
     number: int
@@ -46,15 +46,15 @@ class TrialWork:
 
 @dataclass(frozen=True, slots=True)
 class TrialReport:
-    """What came of a trial.
+    """What a worker reports.
 
     Attributes:
-        number: of the trial.
-        measured: over all seeds; None where an attempt could not be measured.
-        ringing: at factor 1 and at `REQUIRED_MARGIN` on the stiffness, 1 and more is ringing; () where not looked for.
-        success: share of the attempts with success, such as an object held.
-        reason: why there is nothing measured, or "".
-        wall_time: [s].
+        number: Number of the trial.
+        measured: Measurements over all seeds; None if an attempt was not completed.
+        ringing: Ringing at factor 1 and at `REQUIRED_MARGIN` on the stiffness, 1 and more rings; () if not measured.
+        success: Share of the attempts with success, such as an object held.
+        reason: Reason why nothing was measured, or "".
+        wall_time: Time of the trial on the wall clock [s].
     """
 
     number: int
@@ -66,16 +66,16 @@ class TrialReport:
 
     @property
     def feasible(self) -> bool:
-        """Whether the attempts were completed and the loop keeps its margin."""
+        """Whether all attempts were completed and the loop keeps its margin."""
         return self.measured is not None and bool(self.ringing) and max(self.ringing) < 1.0
 
 
 @lru_cache(maxsize=4)
 def resting_arm(scenario: Scenario, seed: int) -> tuple[ArmModel, Array]:
-    """Return the scenario's arm with its hand's mass, and (nv,) the posture in which its attempt begins [rad].
+    """Return the scenario's arm with the mass of its hand, and the posture in which its attempt begins (nv,) [rad].
 
     Raises:
-        PilegraspError: where the scenario cannot be prepared.
+        PilegraspError: The scenario cannot be prepared.
     """
     attempt = prepare(scenario, seed)
     return attempt.arm, attempt.simulation.observe().q
@@ -133,9 +133,9 @@ def _refuse_to_go_on(work: TrialWork, deaths: int) -> NoReturn:
 
 def _ringing(work: TrialWork) -> tuple[float, ...]:
     controller = work.scenario.controller
-    # The posture does not depend on the gains, which would only spoil the cache.
-    usual = controller.model_copy(update={"gains": None})
-    arm, q = resting_arm(work.scenario.model_copy(update={"controller": usual}), work.seeds[0])
+    # The posture does not depend on the gains; with them, the cache would miss at every trial.
+    without_gains = controller.model_copy(update={"gains": None})
+    arm, q = resting_arm(work.scenario.model_copy(update={"controller": without_gains}), work.seeds[0])
     gains = load_gains(Path(str(controller.gains)))
     probe = stiffness_probe(arm, gains, q, rate=controller.rate, solver=controller.solver, late=work.late)
     return probe(1.0), probe(REQUIRED_MARGIN)

@@ -1,4 +1,4 @@
-"""The search over gains: what it remembers, what it refuses, what it finds, and the page it writes."""
+"""The search over gains: what it stores, what it refuses, what it finds, and the page it writes."""
 
 import csv
 import io
@@ -54,7 +54,7 @@ def table(store) -> list[tuple]:
     return [(record.number, *record.values.values(), record.report.measured) for record in store.records()]
 
 
-# The search's memory
+# The store of a search
 
 
 @pytest.fixture(scope="module")
@@ -145,9 +145,9 @@ def test_the_store_of_another_search_is_refused(tmp_path, changes, key):
         run_search(search(tmp_path, **changes), 1, function=made_up)
 
 
-def test_a_file_that_is_no_store_is_left_alone(tmp_path):
+def test_a_file_that_is_not_a_store_is_left_alone(tmp_path):
     (tmp_path / "tuning.db").write_text("my notes")
-    with pytest.raises(ExportError, match="is no store of a search"):
+    with pytest.raises(ExportError, match="is not the store of a search"):
         run_search(search(tmp_path), 1, function=made_up)
     assert (tmp_path / "tuning.db").read_text() == "my notes"
 
@@ -211,7 +211,7 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_who_watches_sees_rate_time_left_and_the_best(monkeypatch):
+def test_the_bar_shows_rate_time_left_and_the_best(monkeypatch):
     monkeypatch.setattr("sys.stderr", Terminal())
     monkeypatch.setenv("COLUMNS", "140")
     with tune._progress("free_space_line") as progress:
