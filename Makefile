@@ -1,51 +1,67 @@
-PYTHON ?= $(if $(wildcard .venv/bin/python),.venv/bin/python,python3)
-PILEGRASP ?= $(if $(wildcard .venv/bin/pilegrasp),.venv/bin/pilegrasp,pilegrasp)
 SCENARIO ?= spheres_wall
 SEED ?= 0
+PAGE ?= $(SCENARIO)-$(SEED).html
+WORKERS ?= 2
+BIN := .venv/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help setup test lint types format table hands run screenshots doctor ci clean
+.PHONY: help run test check lint types format table hands figures screenshots doctor ci clean
 
 help:  ## Show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
-setup:  ## Make .venv and install the locked versions
+# The library alone, in the versions that the tests ran with.
+.venv/library: pyproject.toml constraints.txt
 	python3 -m venv .venv
-	.venv/bin/pip install -c constraints.txt -e ".[dev]"
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@touch $@
 
-test:  ## Run the tests
-	$(PYTHON) -m pytest -n 2
+# The library and what the tests and checks need.
+.venv/development: pyproject.toml constraints.txt
+	python3 -m venv .venv
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[dev]"
+	@touch .venv/library $@
 
-lint:  ## Check style and formatting
-	$(PYTHON) -m ruff check .
-	$(PYTHON) -m ruff format --check .
+run: .venv/library  ## Run one attempt and name its page: make run SCENARIO=spheres_corner SEED=3
+	@$(BIN)/pilegrasp run $(SCENARIO) --seed $(SEED) --html $(PAGE)
+	@echo "Open this page in a browser: file://$(CURDIR)/$(PAGE)"
 
-types:  ## Check the types
-	$(PYTHON) -m mypy
+test: .venv/development  ## Run every test
+	$(BIN)/python -m pytest -n $(WORKERS)
 
-format:  ## Repair style and formatting where that is safe
-	$(PYTHON) -m ruff check --fix .
-	$(PYTHON) -m ruff format .
+check: lint types  ## Check style and types, and run the tests that are not slow
+	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow"
 
-table:  ## Print the table of scenario keys for docs/scenarios.md
-	@$(PYTHON) tests/helpers/scenario_table.py
+lint: .venv/development  ## Check style and formatting
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
 
-hands:  ## Write the hands' MJCF and README values from their robot.toml
-	$(PYTHON) tests/helpers/hand_files.py
+types: .venv/development  ## Check the types
+	$(BIN)/mypy
 
-run:  ## Run one attempt: make run SCENARIO=spheres_corner SEED=3
-	$(PILEGRASP) run $(SCENARIO) --seed $(SEED) --html $(SCENARIO).html
+format: .venv/development  ## Repair style and formatting where that is safe
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
 
-screenshots:  ## Take the pictures of docs/viewer.md
-	$(PILEGRASP) sweep spheres_wall --vary support.kind=none,wall --seeds 0:3 --record all --out build/study
-	$(PILEGRASP) report build/study
+table: .venv/development  ## Print the table of scenario keys for docs/scenarios.md
+	@$(BIN)/python tests/helpers/scenario_table.py
+
+hands: .venv/development  ## Write the hands' MJCF and README values from their robot.toml
+	$(BIN)/python -m pilegrasp_ctrl.sim.hand_files
+
+figures: .venv/development  ## Measure the numbers of docs/figures.toml again and write them into the pages
+	PATH="$(CURDIR)/$(BIN):$$PATH" python docs/studies/figures.py
+
+screenshots: .venv/development  ## Take the pictures of docs/viewer.md
+	$(BIN)/pilegrasp sweep spheres_wall --vary support.kind=none,wall --seeds 0:3 --record all --out build/study
+	$(BIN)/pilegrasp report build/study
 	mkdir -p docs/pictures
-	$(PYTHON) docs/studies/screenshots.py build/study docs/pictures
+	$(BIN)/python docs/studies/screenshots.py build/study docs/pictures
 
-doctor:  ## Check the installation
-	$(PILEGRASP) doctor
+doctor: .venv/library  ## Check the installation
+	$(BIN)/pilegrasp doctor
 
-ci:  ## Everything a change must pass, in a fresh environment
+ci:  ## Everything a change must pass, from a bare Debian machine on
 	.ci/run
 
 clean:  ## Remove what tools and builds leave behind

@@ -1,5 +1,22 @@
+"""What holds for every test: one core for each process, and a browser or one line that says there is none."""
+
 import os
+
+import pytest
+
+from pilegrasp_ctrl.viewer.chromium import find_chromium
 
 # Each test process keeps to one core: the linear algebra here is far too small to gain from threads.
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
+
+
+def pytest_collection_modifyitems(items):
+    """Skip the tests of pages in a browser where there is none; in CI there must be one."""
+    if find_chromium() is not None:
+        return
+    shown = [item for item in items if item.get_closest_marker("browser")]
+    if shown and os.environ.get("CI"):
+        raise pytest.UsageError("the tests of pages need a Chromium; install the package chromium")
+    for item in shown:
+        item.add_marker(pytest.mark.skip(reason="there is no Chromium, in which pages are tested"))
