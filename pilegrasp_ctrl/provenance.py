@@ -34,7 +34,7 @@ ROOMS: tuple[tuple[str, ...], ...] = (
     ("tasks", "limits", "qp"),
     ("control",),
     ("trajectories", "primitives", "planning", "plant"),
-    ("recording", "contacts", "analysis"),
+    ("recording", "recording_parts", "analysis"),
     ("sim",),
     ("recorder", "episode", "programs"),
     ("viewer",),

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arm.state import ArmState
-from .contacts import Contacts
 from .primitives.primitive import Setpoint
 from .programs.attempt import Attempt
 from .recording import Recording
+from .recording_parts import Contacts
 from .sim.readout import FRAME_PERIOD, ContactForces, drawn_bodies, next_multiple
 from .types import Array, Observation
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import io
 import json
-import math
 import os
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -15,9 +14,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .contacts import Contacts, finite_array
 from .exceptions import RecordingError
 from .files import write_whole
+from .recording_parts import UNIT_TOLERANCE, Body, Contacts, Shape, finite_array
 
 FORMAT = "pilegrasp-recording"
 """Name of the format in the file's header."""
@@ -28,15 +27,6 @@ VERSION = 2
 READABLE = (1, 2)
 """Versions that `Recording.load` reads. Version 1 has no contacts."""
 
-ROLES = ("arm", "hand", "object", "support", "sensor")
-"""Roles of a body."""
-
-SIZE_LENGTH = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3, "plane": 2}
-"""Number of sizes by kind of shape."""
-
-UNIT_TOLERANCE = 1e-3
-"""Largest deviation of a quaternion's norm from 1 [-]; chosen above the rounding of float32."""
-
 MAX_BYTES = 1 << 30
 """Largest unpacked size of a file that is read [bytes]; chosen far above a recording of ten minutes."""
 
@@ -46,23 +36,6 @@ MAX_TIME = 1e7
 _SIGNAL_PREFIX = "signal/"
 _CONTACT_PREFIX = "contact/"
 _CONTACT_ENTRIES = ("start", "bodies", "position", "force")
-
-
-def _finite_tuple(value: Any, length: int, name: str) -> tuple[float, ...]:
-    try:
-        numbers = tuple(float(x) for x in value)
-    except (TypeError, ValueError) as error:
-        raise RecordingError(f"{name} is {value!r}; {length} numbers are expected") from error
-    if len(numbers) != length or not all(map(math.isfinite, numbers)):
-        raise RecordingError(f"{name} is {list(numbers)}; {length} finite numbers are expected")
-    return numbers
-
-
-def _unit_quaternion(value: Any, name: str) -> tuple[float, ...]:
-    numbers = _finite_tuple(value, 4, name)
-    if abs(math.hypot(*numbers) - 1.0) > UNIT_TOLERANCE:
-        raise RecordingError(f"{name} is {list(numbers)}, which is not a unit quaternion (wxyz)")
-    return numbers
 
 
 def _increasing_times(value: ArrayLike, name: str) -> NDArray[np.float64]:
@@ -79,91 +52,6 @@ def _json_value(value: Any) -> Any:
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     raise TypeError(f"{type(value).__name__} is not a JSON value")
-
-
-@dataclass(frozen=True, slots=True)
-class Shape:
-    """A primitive fixed to a body.
-
-    Attributes:
-        kind: Kind of the shape: sphere, capsule, cylinder, box, ellipsoid or plane.
-        size: Half sizes as in MuJoCo [m]: sphere (radius), capsule and cylinder (radius, half length along the local z
-            axis, without the caps), box (half extents), ellipsoid (radii), plane (half extents along x and y; 0 for an
-            unbounded plane). Further entries are dropped.
-        position: (3,) position in the body's frame [m].
-        quaternion: (4,) rotation of the shape to the body, wxyz.
-        rgba: (4,) colour, in 0..1.
-
-    Raises:
-        RecordingError: The kind is unknown, a length is wrong, or a value is not finite or out of range.
-    """
-
-    kind: str
-    size: Sequence[float]
-    position: Sequence[float] = (0.0, 0.0, 0.0)
-    quaternion: Sequence[float] = (1.0, 0.0, 0.0, 0.0)
-    rgba: Sequence[float] = (0.7, 0.7, 0.7, 1.0)
-
-    def __post_init__(self) -> None:
-        length = SIZE_LENGTH.get(self.kind) if isinstance(self.kind, str) else None
-        if length is None:
-            raise RecordingError(f"a shape's kind is {self.kind!r}; it must be one of {', '.join(SIZE_LENGTH)}")
-        try:
-            size = _finite_tuple(tuple(self.size)[:length], length, f"the size of a {self.kind}")
-        except TypeError as error:
-            raise RecordingError(f"the size of a {self.kind} is {self.size!r}; numbers are expected") from error
-        if min(size) < 0.0 or (min(size) == 0.0 and self.kind != "plane"):
-            raise RecordingError(f"the size of a {self.kind} is {list(size)}; it must be positive")
-        rgba = _finite_tuple(self.rgba, 4, "a shape's rgba")
-        if min(rgba) < 0.0 or max(rgba) > 1.0:
-            raise RecordingError(f"a shape's rgba is {list(rgba)}; it must lie in 0..1")
-        object.__setattr__(self, "size", size)
-        object.__setattr__(self, "position", _finite_tuple(self.position, 3, "a shape's position"))
-        object.__setattr__(self, "quaternion", _unit_quaternion(self.quaternion, "a shape's quaternion"))
-        object.__setattr__(self, "rgba", rgba)
-
-    def half_extents(self) -> tuple[float, float, float]:
-        """Return the half extents [m] of the box around the shape, in the shape's own axes."""
-        match self.kind:
-            case "sphere":
-                return (self.size[0],) * 3
-            case "capsule":
-                return (self.size[0], self.size[0], self.size[0] + self.size[1])
-            case "cylinder":
-                return (self.size[0], self.size[0], self.size[1])
-            case "plane":
-                return (self.size[0], self.size[1], 0.0)
-        return (self.size[0], self.size[1], self.size[2])
-
-
-@dataclass(frozen=True, slots=True)
-class Body:
-    """A rigid body with its shapes.
-
-    Attributes:
-        name: Name of the body.
-        role: Role of the body: arm, hand, object, support or sensor.
-        shapes: Shapes fixed to the body.
-
-    Raises:
-        RecordingError: The name is empty, the role is unknown, or an entry of `shapes` is no Shape.
-    """
-
-    name: str
-    role: str
-    shapes: tuple[Shape, ...]
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name:
-            raise RecordingError(f"a body's name is {self.name!r}; it must be a non-empty text")
-        if self.role not in ROLES:
-            raise RecordingError(
-                f"the role of body {self.name!r} is {self.role!r}; it must be one of {', '.join(ROLES)}"
-            )
-        shapes = tuple(self.shapes)
-        if not all(isinstance(shape, Shape) for shape in shapes):
-            raise RecordingError(f"the shapes of body {self.name!r} are not all of type Shape")
-        object.__setattr__(self, "shapes", shapes)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

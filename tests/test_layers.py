@@ -31,11 +31,11 @@ for some, engines in (
     ENGINES_OF.update(dict.fromkeys(some.split(), engines))
 
 ONLY = {
-    "recording": {"contacts"},
-    "contacts": set(),
-    "analysis": {"recording", "contacts"},
-    "sim": {"planning", "recording", "contacts", "analysis"},
-    "viewer": {"recording", "contacts", "analysis"},
+    "recording": {"recording_parts"},
+    "recording_parts": set(),
+    "analysis": {"recording", "recording_parts"},
+    "sim": {"planning", "recording", "recording_parts", "analysis"},
+    "viewer": {"recording", "recording_parts", "analysis"},
 }
 """Rooms that may import from these alone, beside the base: a recording is read without an engine, and the simulator
 never sees control."""

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import pilegrasp_ctrl.recording as module
-from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.exceptions import RecordingError
 from pilegrasp_ctrl.recording import Body, Recording, Shape
+from pilegrasp_ctrl.recording_parts import Contacts
 from synthetic_recording import synthetic
 
 ARRAYS = ("frame_time", "body_position", "body_quaternion", "signal_time")

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import umsgpack
 
-from pilegrasp_ctrl.recording import Body, Recording
+from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.recording_parts import Body
 from pilegrasp_ctrl.types import rotation_matrices
 from pilegrasp_ctrl.viewer.animation import clip, pose_tracks
 from pilegrasp_ctrl.viewer.overlays import tool_paths, wrist_wrench

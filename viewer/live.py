@@ -22,7 +22,8 @@ from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 
 from pilegrasp_ctrl.exceptions import ExportError
-from pilegrasp_ctrl.recording import Body, Recording
+from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.recording_parts import Body
 from pilegrasp_ctrl.types import rotation_matrices
 from pilegrasp_ctrl.viewer.camera import view
 from pilegrasp_ctrl.viewer.commands import commands, node_path, pack

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pilegrasp_ctrl.recording import Body, Recording, Shape
+from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.recording_parts import Body, Shape
 from pilegrasp_ctrl.types import rotation_matrices
 
 Color = tuple[float, float, float, float]

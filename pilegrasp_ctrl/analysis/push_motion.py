@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..recording import Recording, Shape
+from ..recording import Recording
+from ..recording_parts import Shape
 from ..types import Array
 from .hand_mouth import HandMouth, nearer_side
 from .reading import primitive, signal_at, strategy_number

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from ..recording import Body, Shape
+from ..recording_parts import Body, Shape
 from ..types import Array
 from .backend import Simulation
 from .scene import Scene

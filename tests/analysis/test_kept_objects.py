@@ -7,8 +7,8 @@ import pytest
 
 from pilegrasp_ctrl.analysis.kept_objects import HELD_DISTANCE, are_held
 from pilegrasp_ctrl.analysis.motion import measure
-from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.recording import Body, Shape
+from pilegrasp_ctrl.recording_parts import Contacts
 from pushed_pile import (
     BEGIN,
     END,

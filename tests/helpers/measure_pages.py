@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from browser import Browser, find_chromium
-from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.recording import Recording
+from pilegrasp_ctrl.recording_parts import Contacts
 from pilegrasp_ctrl.statistics import markdown_row, markdown_table
 from pilegrasp_ctrl.viewer import write_html
 from synthetic_recording import synthetic

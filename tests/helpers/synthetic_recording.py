@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.recording import Body, Recording, Shape
+from pilegrasp_ctrl.recording_parts import Contacts
 
 RADIUS = 0.028
 WALL_X = 0.95

@@ -17,9 +17,9 @@ from meshcat.geometry import Box, Cylinder, pack_numpy_array
 from meshcat.path import Path as NodePath
 from scipy.spatial.transform import Rotation, Slerp
 
-from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.recording import Body, Recording, Shape
+from pilegrasp_ctrl.recording_parts import Contacts
 from pilegrasp_ctrl.viewer import page, write_html
 from pilegrasp_ctrl.viewer.animation import angle_between, rotation_track, slerp, vector_track
 from pilegrasp_ctrl.viewer.camera import action_box, best_direction, directions

@@ -20,9 +20,9 @@ from pilegrasp_ctrl import cli
 from pilegrasp_ctrl.analysis.motion import annotate
 from pilegrasp_ctrl.analysis.motion_field import Funnel, MotionField
 from pilegrasp_ctrl.analysis.push_motion import PushMotion
-from pilegrasp_ctrl.contacts import Contacts
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.recording import Body, Recording, Shape
+from pilegrasp_ctrl.recording_parts import Contacts
 from pilegrasp_ctrl.sim.readout import MIN_FORCE, ContactForces
 from pilegrasp_ctrl.viewer import page, write, write_html
 from pilegrasp_ctrl.viewer.commands import commands, node_path, unpack

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...exceptions import RecordingError
-from ...recording import Recording, Shape
+from ...recording import Recording
+from ...recording_parts import Shape
 from ...sim.hand import Hand
 from ...types import Array
 
