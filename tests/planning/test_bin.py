@@ -65,6 +65,13 @@ def test_the_first_goal_is_the_one_that_was_asked_for():
     np.testing.assert_allclose(corner.anchor, [WALL_DISTANCE, 0.5 * BIN_INNER[1]])
 
 
+def test_thumb_and_little_finger_have_room_between_the_long_walls_on_every_line_to_the_wall():
+    goal = layout_of("wall").goals[0]
+    thumb, little_finger = goal.lateral_range[0] - 0.145, goal.lateral_range[1] + 0.05
+    assert thumb > -0.5 * BIN_INNER[1] + 0.01
+    assert little_finger < 0.5 * BIN_INNER[1] - 0.01
+
+
 def test_the_push_line_has_most_objects_before_it_within_its_lateral_range():
     wall = PushGoal("wall", np.array([1.0, 0.0]), 0.0, (-0.03, 0.12))
     heap = np.array([[0.95, 0.08], [0.9, 0.09], [0.9, 0.10], [0.95, -0.15]])

@@ -34,6 +34,17 @@ def test_the_base_is_behind_the_push_line_and_looks_along_it(kind, length, dista
     assert placed.walls is layout.walls
 
 
+def test_table_wall_and_corner_lie_where_the_pages_say():
+    wall, corner = (make_layout(SupportConfig(kind=kind), PileConfig(), 0.054) for kind in ("wall", "corner"))
+    assert wall.transform_base_to_world.translation[2] == -0.25
+    assert wall.support_distance == wall.walls[0].center[0] - wall.walls[0].half_size[0] == pytest.approx(1.0)
+    assert corner.support_distance == pytest.approx(1.1)
+    for side in corner.walls:
+        normal = np.array([np.cos(side.yaw), np.sin(side.yaw)])
+        # The apex lies on the inner face of both walls.
+        assert (np.array([1.1, 0.0]) - side.center[:2]) @ normal == pytest.approx(side.half_size[0])
+
+
 def test_a_turned_base_is_upright_on_a_tilted_floor():
     layout = make_layout(SupportConfig(tilt_deg=5.0), PileConfig(), 0.054)
     placed = layout.with_base_behind_push(np.array([0.7, -0.2]), np.array([1.0, 0.0]), np.zeros((0, 2)))

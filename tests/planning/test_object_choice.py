@@ -67,6 +67,22 @@ def test_a_cylinder_that_can_roll_or_is_upright_is_preferred(axis):
     assert choose(pile, axes=axes) == 1
 
 
+@pytest.mark.parametrize(
+    ("axis", "expected"),
+    [
+        ((np.sin(np.radians(19.0)), 0.0, np.cos(np.radians(19.0))), 1),
+        ((np.sin(np.radians(21.0)), 0.0, np.cos(np.radians(21.0))), 0),
+        ((np.sin(np.radians(29.0)), np.cos(np.radians(29.0)), 0.0), 1),
+        ((np.sin(np.radians(31.0)), np.cos(np.radians(31.0)), 0.0), 0),
+    ],
+    ids=["upright", "leaning", "broadside", "askew"],
+)
+def test_a_cylinder_within_20_deg_of_upright_or_30_deg_of_broadside_is_preferred(axis, expected):
+    pile = on_table((0.8, 0.0), (0.8, 0.1), (0.9, 0.0), (0.9, -0.05))
+    axes = np.array([ALONG, axis, ALONG, ALONG])
+    assert choose(pile, axes=axes) == expected
+
+
 def test_among_cylinders_that_all_point_along_the_push_the_place_decides():
     pile = on_table((0.8, 0.0), (0.8, 0.1), (0.9, 0.0), (0.9, -0.05))
     assert choose(pile, axes=np.tile(ALONG, (4, 1))) == 0

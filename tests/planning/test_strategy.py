@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from pilegrasp_ctrl.planning.hand_use import HandUse
-from pilegrasp_ctrl.planning.strategy import MIN_GAP, pile_extent, plan_attempt, plan_line
+from pilegrasp_ctrl.planning.strategy import MIN_GAP, pile_extent, plan_attempt, plan_line, tool_rotation
 from pilegrasp_ctrl.primitives.primitive import PrimitiveInput, Setpoint
 from pilegrasp_ctrl.sections import LineConfig, StrategyConfig
-from pilegrasp_ctrl.types import Reference
+from pilegrasp_ctrl.types import Pose, Reference
 
 X = np.array([1.0, 0.0, 0.0])
+HERE = Pose([0.9, 0.0, 0.0], tool_rotation(0.0, 0.8))
 HAND = HandUse(0.8, 0.006, 0.0, 0.3, 2.0, 0.04, 0.0, 0.083, np.zeros((0, 4)))
 
 
@@ -46,6 +47,15 @@ def test_the_lift_leaves_the_support_by_six_centimetres_against_the_push(alpha_d
     away = active.path.lines[0].displacement
     np.testing.assert_allclose(away, [*(-0.06 * plan.direction[:2]), 0.06], atol=1e-12)
     assert active.path.end.translation[2] == pytest.approx(StrategyConfig().lift_height)
+
+
+def test_what_is_lifted_is_held_for_a_second_as_in_the_paper():
+    lift = plan_attempt(StrategyConfig(), HAND, np.array([0.9, 0.0]), 0.12, 1.0).primitives[-1]
+    active = lift.begin(PrimitiveInput(0.0, HERE, np.zeros(6)), Setpoint(Reference(HERE), 1.0))
+    lifted = HERE.moved([0.0, 0.0, StrategyConfig().lift_height])
+    for after, ends in ((0.99, False), (1.01, True)):
+        inputs = PrimitiveInput(active.path.duration + after, lifted, np.zeros(6))
+        assert (active.ending(inputs) is not None) == ends
 
 
 def test_a_line_starts_and_ends_where_asked():
