@@ -12,6 +12,9 @@ import numpy as np
 
 from ..exceptions import ArgumentError
 
+END_EFFECTOR_RANK, OBJECT_RANK, SUPPORT_RANK = 2, 1, 0
+"""Ranks of a body: under the "paper" rule the surface of the higher rank decides a contact."""
+
 Rule = Literal["paper", "product", "maximum"]
 """How the coefficients of two bodies combine; `combine` explains the three rules."""
 
@@ -53,7 +56,7 @@ class Surface:
         spinning: Torsional friction [m], the torque about the normal per newton of normal force.
         rolling: Rolling friction [m], the torque about the tangent per newton of normal force.
         restitution: Ratio of separation speed to approach speed [-].
-        rank: Body class, which decides a contact under the "paper" rule: 2 end-effector, 1 object, 0 support.
+        rank: `END_EFFECTOR_RANK`, `OBJECT_RANK` or `SUPPORT_RANK`; the "paper" rule takes the higher rank.
     """
 
     lateral: float
@@ -67,7 +70,7 @@ class Surface:
             raise ArgumentError(f"{self}: friction must not be negative, and restitution must lie in [0, 1]")
 
 
-SUPPORT = Surface(lateral=0.25, spinning=0.001, rolling=0.001, restitution=0.72, rank=0)
+SUPPORT = Surface(lateral=0.25, spinning=0.001, rolling=0.001, restitution=0.72, rank=SUPPORT_RANK)
 """Table, walls and frame: smooth wood, against which the tennis ball's coefficients were measured (Cross 2002)."""
 
 
@@ -172,7 +175,7 @@ def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
         )
     else:
         combined = a if a.rank > b.rank else b
-    if {a.rank, b.rank} == {0, 2}:
+    if {a.rank, b.rank} == {SUPPORT_RANK, END_EFFECTOR_RANK}:
         return Surface(combined.lateral, combined.spinning, combined.rolling, 0.0, rank)
     return combined
 
@@ -184,9 +187,9 @@ def pair_parameters(surface: Surface, timestep: float, slope: bool = False) -> P
     With `slope`, friction among objects and supports holds a load that does not move; see `SLIP_TIME`.
     """
     damping_ratio = damping_ratio_for(surface.restitution, NATURAL_FREQUENCY * timestep)
-    impedance = HAND_IMPEDANCE if surface.rank == 2 else OBJECT_IMPEDANCE
+    impedance = HAND_IMPEDANCE if surface.rank == END_EFFECTOR_RANK else OBJECT_IMPEDANCE
     first = RESTING_IMPEDANCE if surface.restitution == 0.0 else impedance
-    holds = slope and surface.rank < 2
+    holds = slope and surface.rank < END_EFFECTOR_RANK
     return PairParameters(
         friction=(surface.lateral, surface.lateral, surface.spinning, surface.rolling, surface.rolling),
         solref=(-(NATURAL_FREQUENCY**2), -2.0 * damping_ratio * NATURAL_FREQUENCY),

@@ -17,7 +17,7 @@ from ..planning.hand_use import HandUse
 from ..robots import description
 from ..sections import HandModelConfig
 from ..types import Array, MassProperties, Pose
-from .contact import Surface
+from .contact import END_EFFECTOR_RANK, Surface
 from .rbo_hand2 import add_rbo_hand2
 from .shovel import add_shovel
 
@@ -128,7 +128,7 @@ class Hand:
     @property
     def surface(self) -> Surface:
         """Friction and restitution of the hand."""
-        return Surface(**self.parameters["surface"], rank=2)
+        return Surface(**self.parameters["surface"], rank=END_EFFECTOR_RANK)
 
     @property
     def transform_tool_to_flange(self) -> Pose:

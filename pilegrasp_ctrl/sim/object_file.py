@@ -11,7 +11,7 @@ from typing import Any
 
 from ..exceptions import ConfigurationError
 from ..files import read_toml
-from .contact import Surface, restitution_for_mass
+from .contact import OBJECT_RANK, Surface, restitution_for_mass
 from .hull import Hull
 from .net import Net
 from .object_model import SMOOTH, ObjectModel
@@ -126,7 +126,7 @@ def build_object(table: Mapping[str, Any], name: str, variant: str, folder: Path
         half_size=half_size,
         mass=mass,
         inertia_factor=_number({"inertia_factor": 1.0, **keys}, "inertia_factor", INERTIA_FACTORS, ""),
-        surface=Surface(lateral, spinning, rolling, restitution, rank=1),
+        surface=Surface(lateral, spinning, rolling, restitution, rank=OBJECT_RANK),
         bounces_by_mass=bounces_by_mass,
         hull=hull,
     )

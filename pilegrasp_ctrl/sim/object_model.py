@@ -9,14 +9,14 @@ from typing import Literal
 import mujoco
 import numpy as np
 
-from .contact import Surface, restitution_for_mass
+from .contact import OBJECT_RANK, Surface, restitution_for_mass
 from .hull import Hull
 from .net import Net
 
 OBJECT_BIT = 2
 """Contact affinity of the objects, chosen. The arm's links have it as a contact type; all else has explicit pairs."""
 
-SMOOTH = Surface(lateral=0.25, spinning=0.001, rolling=0.001, restitution=0.72, rank=1)
+SMOOTH = Surface(lateral=0.25, spinning=0.001, rolling=0.001, restitution=0.72, rank=OBJECT_RANK)
 """Surface of an object whose file states none. Cross (2002, Tables I-II) measured the sliding coefficient 0.25, of a
 ball on smooth wood; 0.001 m are the paper's numbers for the end-effector (V-A)."""
 

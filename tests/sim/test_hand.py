@@ -61,7 +61,7 @@ def test_mass_properties_are_those_of_the_compiled_model(name, sensor, total):
     np.testing.assert_allclose(properties.center_of_mass, data.subtree_com[model.body("sensor").id], atol=1e-9)
 
 
-def test_a_finger_bends_under_load_as_its_joint_springs_say(soft):
+def test_a_finger_bends_under_load_by_its_joint_springs(soft):
     hand, model = soft
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -81,7 +81,7 @@ def test_a_finger_bends_under_load_as_its_joint_springs_say(soft):
     assert (tip(model, data, "middle") - before) @ normal == pytest.approx(expected, rel=0.1)
 
 
-def test_lateral_compliance(soft):
+def test_a_finger_yields_sideways(soft):
     _, model = soft
     data = mujoco.MjData(model)
     data.xfrc_applied[model.body("middle_4").id, :3] = [0.0, 0.2, 0.0]

@@ -1,4 +1,4 @@
-"""The MJCF and the README of each hand say what its robot.toml says."""
+"""The MJCF and the README of each hand agree with its robot.toml."""
 
 import copy
 import re
@@ -50,7 +50,7 @@ class FromFile(Hand):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_mjcf_is_what_robot_toml_gives(name):
+def test_the_mjcf_follows_from_robot_toml(name):
     assert (
         differences(mujoco.MjModel.from_xml_path(str(file(name))), Hand.load(name).standalone_spec().compile()) == []
     ), AGAIN

@@ -32,18 +32,18 @@ def test_a_factor_multiplies_its_numbers_and_no_other(factor):
     assert list(found.values()) == pytest.approx([value] * len(found))
 
 
-def test_every_key_means_something():
+def test_every_key_has_an_effect():
     assert {*SCALED, *REPLACED} == set(HandModelConfig.model_fields)
 
 
 @pytest.mark.parametrize("factor", RIGID)
-def test_the_shovel_takes_what_a_rigid_hand_has(factor):
+def test_the_shovel_accepts_the_keys_of_a_rigid_hand(factor):
     scenario = build_scenario({"hand": "shovel"}, {f"hand_model.{factor}": 0.8})
     assert changes("shovel", scenario.hand_model) == pytest.approx({SCALED[factor][0]: 0.8})
 
 
 @pytest.mark.parametrize("factor", [name for name in HandModelConfig.model_fields if name not in RIGID])
-def test_the_shovel_refuses_what_it_has_not(factor):
+def test_the_shovel_rejects_the_keys_of_a_soft_hand(factor):
     with pytest.raises(ConfigurationError, match=rf"hand_model\.{factor} has no effect where hand = 'shovel'"):
         build_scenario({"hand": "shovel"}, {f"hand_model.{factor}": 0.8})
 
@@ -92,7 +92,7 @@ def test_inflation_stiffens_and_leaves_the_closed_hands_shape(benches):
     assert hand_bench.stiffness(stiffened, 1.0) > 1.5 * hand_bench.stiffness(plain, 1.0)
 
 
-def test_inflation_stiffness_is_that_share_of_the_springs(benches):
+def test_inflation_stiffness_is_a_share_of_the_springs(benches):
     """Equal moments bend all joints alike, so that they meet spring and air side by side."""
     _, bench = benches
     numbers = bench.hand.parameters["pneumatics"]

@@ -63,7 +63,7 @@ def test_beyond_its_length_the_net_is_taut():
     np.testing.assert_allclose(velocity[:, :3].sum(axis=0), [0.5, 0.0, 0.0], atol=1e-6)
 
 
-def test_pushing_one_lime_away_from_nothing_pushes_no_other():
+def test_a_lime_that_moves_inward_pushes_no_other():
     model, data = bag(triangle(0.079))
     data.qvel[0] = -0.1  # toward the middle between the others, which it does not reach in this time
     for _ in range(150):
@@ -110,7 +110,7 @@ def test_a_pile_of_nets_settles_within_their_length():
     assert poses[:, 2].min() > 0.0235
 
 
-def test_the_count_is_that_of_the_limes():
+def test_the_count_counts_single_limes():
     with pytest.raises(ConfigurationError, match=r"pile.count = 7 counts single objects, .* holds 3; make it 6 or 9$"):
         objects_of(PileConfig(object="lime_net", count=7))
     with pytest.raises(ConfigurationError, match=r"make it 3$"):

@@ -126,7 +126,7 @@ def test_the_flag_stays_until_the_tare():
     assert bench.sensor.saturated is None
 
 
-def test_the_tools_weight_takes_its_part_of_the_range():
+def test_the_tools_weight_uses_a_part_of_the_range():
     """Lying, Fx carries the tool: what is left of 32 N is less downwards and more upwards."""
     weight = Hand.load("shovel").mass_properties().mass * GRAVITY
     push = 32.0 - 0.5 * weight
@@ -164,7 +164,7 @@ def test_the_offset_is_drawn_within_its_bounds_by_the_seed():
 
 
 @pytest.mark.parametrize("tilt", TILTS)
-def test_the_tare_takes_the_offset_off_at_any_tilt(tilt):
+def test_the_tare_removes_the_offset_at_any_tilt(tilt):
     bench = Bench(seed=5, turned=(0.4, 1.1, -0.2), bias=0.02)
     assert np.abs(bench.read()).max() > 0.3
     bench.sensor.tare(bench.data)
@@ -174,7 +174,7 @@ def test_the_tare_takes_the_offset_off_at_any_tilt(tilt):
     np.testing.assert_allclose(bench.read((3.0, -2.0, 1.0))[:3], [3.0, -2.0, 1.0], atol=0.03)
 
 
-def test_the_drift_grows_evenly_and_no_tare_removes_what_is_to_come():
+def test_the_drift_grows_evenly_and_goes_on_after_a_tare():
     bench, calm = Bench(seed=5, drift=0.05, period=0.02), Bench(seed=5, period=0.02)
     bench.sensor.tare(bench.data)
     calm.sensor.tare(calm.data)
@@ -276,7 +276,7 @@ def test_a_saturated_sensor_ends_the_primitive_as_failed_and_is_recorded():
     assert not flags[:-1].any()
 
 
-def test_a_wider_calibration_carries_the_same_push_to_its_event():
+def test_a_wider_calibration_completes_the_same_push():
     result = press("SI-65-5")
     assert [outcome.trigger for outcome in result.outcomes] == ["surface contact", "grasp force"]
     assert not result.recording.signals["sensor_saturated"].any()
@@ -287,7 +287,7 @@ def test_an_attempt_begins_with_a_tared_sensor():
     assert np.abs(result.recording.signals["wrench"][:, :3]).max() < 1.0
 
 
-def test_a_blow_while_the_arm_stands_still_fails_the_first_primitive(monkeypatch):
+def test_a_blow_while_the_arm_is_at_rest_fails_the_first_primitive(monkeypatch):
     """The tare clears the sensor's flag; what it took as zero cannot be trusted all the same."""
     step = Simulation.step
 

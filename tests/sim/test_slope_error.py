@@ -1,4 +1,4 @@
-"""A floor that slopes in another way than is known: what the arm meets, what it reads, and what is judged."""
+"""A floor whose slope differs from the known one: what the arm touches, what it reads, and how it is judged."""
 
 import hashlib
 import json
@@ -49,7 +49,7 @@ def test_a_positive_error_is_a_floor_that_rises_toward_the_support(tilt):
 
 
 @pytest.mark.parametrize("tilt", [0.0, 5.0])
-def test_without_an_error_nothing_is_turned_not_even_by_rounding(tilt):
+def test_without_an_error_nothing_rotates_not_even_by_rounding(tilt):
     layout = known(tilt)
     assert repr(layout.with_rising_floor(0.0)) == repr(layout)
     transform = layout.with_rising_floor(0.0).transform_from(layout)
@@ -57,7 +57,7 @@ def test_without_an_error_nothing_is_turned_not_even_by_rounding(tilt):
     np.testing.assert_array_equal(transform.translation, np.zeros(3))
 
 
-def test_without_an_error_the_hash_is_that_of_a_scenario_that_knows_no_such_key():
+def test_without_an_error_the_hash_is_that_of_a_scenario_without_the_key():
     scenario = build_scenario({}, wrong_by(0.0))
     content = scenario.model_dump(mode="json", exclude={"name", "summary", "tags"})
     del content["support"]["slope_error_deg"]
@@ -85,7 +85,7 @@ def attempt(request):
     return prepare(load_scenario("push_wall", SHOVEL | wrong_by(2.0, request.param)), 0)
 
 
-def test_the_arm_is_where_it_thinks_but_for_the_floor(attempt):
+def test_the_arm_is_where_it_is_planned_except_for_the_floor(attempt):
     model, arm = attempt.simulation.scene.model, attempt.arm
     data = mujoco.MjData(model)
     data.qpos[:] = attempt.simulation.data.qpos
@@ -154,7 +154,7 @@ def test_recorded_positions_are_those_of_the_scene(pushes):
     assert reference[pushing][-1] < reference[pushing][0] - 1e-3
 
 
-def test_a_floor_that_rises_unknown_presses_on_a_shovel_that_keeps_its_height(pushes):
+def test_an_unknown_rise_of_the_floor_presses_on_a_shovel_that_keeps_its_height(pushes):
     mean = {error: table_force(result.recording)["mean"] for error, result in pushes.items()}
     assert mean[2.0] > mean[0.0] + 0.5
     assert all(result.success for result in pushes.values())
@@ -169,7 +169,7 @@ def test_a_floor_that_rises_unknown_presses_on_a_shovel_that_keeps_its_height(pu
         ({"program": "line"}, "has no effect where program = 'line'"),
     ],
 )
-def test_where_an_error_has_no_place_it_is_refused(keys, message):
+def test_an_error_without_effect_is_rejected(keys, message):
     with pytest.raises(ConfigurationError, match=message):
         build_scenario({}, keys | {"support.slope_error_deg": -1.0})
     build_scenario({}, keys | {"support.slope_error_deg": 0.0})

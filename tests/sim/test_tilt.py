@@ -40,7 +40,7 @@ def rolling(ball, layout):
 
 
 @pytest.mark.parametrize(("support", "bin"), SUPPORTS)
-def test_gravity_points_down_the_slope_and_the_arm_stands_upright(support, bin):
+def test_gravity_points_down_the_slope_and_the_arm_is_upright(support, bin):
     layout = layout_of(support, bin)
     np.testing.assert_allclose(layout.gravity, G * DOWN, atol=1e-12)
     base = layout.transform_base_to_world
@@ -52,7 +52,7 @@ def test_gravity_points_down_the_slope_and_the_arm_stands_upright(support, bin):
 
 
 @pytest.mark.parametrize("solid", [True, False])
-def test_a_ball_rolls_down_as_the_formula_says_and_rests_against_the_low_wall(solid):
+def test_a_ball_rolls_down_by_the_formula_and_rests_at_the_low_wall(solid):
     # As smooth as wood; the rolling friction of felt leaves a quarter of what drives a ball, and 5 % of that is little.
     ball = object_model("heavy_sphere" if solid else "light_sphere").with_friction(0.5)
     radius, friction = ball.half_size[0], ball.surface.rolling
@@ -83,7 +83,7 @@ def test_felt_still_lets_a_ball_roll_to_the_low_wall(name):
     assert np.abs(data.qvel).max() < 0.01
 
 
-def test_friction_among_objects_holds_on_a_slope_as_it_need_not_on_the_level():
+def test_friction_among_objects_holds_on_a_slope_more_than_on_a_level_floor():
     def friction_damping(tilt):
         scenario = load_scenario("bin_picking", {"support.tilt_deg": tilt, "pile.count": 2})
         model = prepare(scenario, 0).simulation.scene.model
@@ -167,7 +167,7 @@ def test_a_kilogram_that_hangs_from_the_hand_reads_along_gravity(hand_name):
     np.testing.assert_allclose(observation.wrench[:3], G * DOWN, atol=0.01 * G)
 
 
-def test_the_piles_cache_knows_slope_and_bin():
+def test_the_cache_of_piles_distinguishes_slopes_and_bins():
     ball = object_model("light_sphere")
     layouts = [layout_of(*support, tilt=tilt) for support in SUPPORTS for tilt in (0.0, 5.0, 6.0)]
     files = {PileCache(repr(ball), 18, repr(layout)).file for layout in layouts}
@@ -182,6 +182,6 @@ def test_the_piles_cache_knows_slope_and_bin():
     ("keys", "why"),
     [({"support.bin": True}, "a bin is pushed to its wall"), ({"support.tilt_deg": 5.0}, "the objects roll away")],
 )
-def test_without_a_support_neither_bin_nor_slope(keys, why):
+def test_bin_and_slope_need_a_support(keys, why):
     with pytest.raises(ConfigurationError, match=f"support.kind = 'none' is not allowed, because .*{why}"):
         build_scenario({}, {"support.kind": "none", **keys})

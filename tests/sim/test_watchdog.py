@@ -1,4 +1,4 @@
-"""What stops a simulation, what does not, and what it leaves behind."""
+"""The watchdog: which states stop a simulation, and the file of its last states."""
 
 import tempfile
 
@@ -52,7 +52,7 @@ def load(folder, text):
         return {name: states[name] for name in states.files}
 
 
-def test_a_healthy_run_is_left_alone(last_states):
+def test_a_healthy_run_is_not_stopped(last_states):
     data = at_height(ball_on_a_table(), 0.05)
     watchdog = Watchdog("healthy")
     for _ in range(1000):
@@ -91,7 +91,7 @@ def test_a_torque_that_is_not_finite_stops_the_run(last_states):
     ("depth", "stops"),
     [(0.5 * MAX_PENETRATION, False), (0.95 * MAX_PENETRATION, False), (1.05 * MAX_PENETRATION, True)],
 )
-def test_a_contact_too_deep_to_be_one_stops_the_run(last_states, depth, stops):
+def test_a_contact_that_is_too_deep_stops_the_run(last_states, depth, stops):
     data = at_height(ball_on_a_table(), -depth)
     watchdog = Watchdog("deep")
     if not stops:
@@ -103,7 +103,7 @@ def test_a_contact_too_deep_to_be_one_stops_the_run(last_states, depth, stops):
     np.testing.assert_array_equal(load(last_states, text)["qpos"], [data.qpos])
 
 
-def test_two_limes_that_meet_as_hard_as_a_dropped_bag_lets_them_are_believed(last_states):
+def test_the_hardest_impact_of_two_limes_from_a_dropped_bag_is_believed(last_states):
     spec = new_spec(0.001)
     add_objects(spec, objects_of(PileConfig(object="lime", count=2)), 2, [], "paper")
     data = mujoco.MjData(spec.compile())

@@ -57,13 +57,13 @@ def test_one_kilogram_reads_its_weight_at_any_tilt(hand_name, tilt):
 
 
 @pytest.mark.parametrize("hand_name", ["rbo_hand2", "shovel"])
-def test_an_empty_hand_reads_nothing(hand_name):
+def test_an_empty_hand_reads_zero(hand_name):
     hand, model = mounted(hand_name, [0.4, 1.1, -0.2])
     wrench, _ = settled_reading(hand, model)
     np.testing.assert_allclose(wrench[:3], 0.0, atol=0.03)
 
 
-def test_a_push_is_read_as_what_the_environment_does():
+def test_a_push_is_read_as_the_force_on_the_hand():
     hand, model = mounted("shovel", [0.3, 0.2, 0.1])
     wrench, _ = settled_reading(hand, model, push=[-17.0, 2.0, 1.8])
     np.testing.assert_allclose(wrench[:3], [-17.0, 2.0, 1.8], atol=0.05)

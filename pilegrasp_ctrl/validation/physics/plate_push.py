@@ -9,12 +9,12 @@ import numpy as np
 
 from ...planning.layout import Layout
 from ...sim.backend import Stepper
-from ...sim.contact import Rule, Surface, add_pair, combine, pair_parameters
+from ...sim.contact import END_EFFECTOR_RANK, Rule, Surface, add_pair, combine, pair_parameters
 from ...sim.object_model import ObjectModel
 from ...sim.scene import add_objects, add_support, new_spec
 from ...types import Array
 
-PLATE = Surface(lateral=0.5, spinning=0.001, rolling=0.001, restitution=0.8, rank=2)
+PLATE = Surface(lateral=0.5, spinning=0.001, rolling=0.001, restitution=0.8, rank=END_EFFECTOR_RANK)
 """Surface of the paper's end-effector (V-A)."""
 
 HALF_SIZE = (0.01, 0.06, 0.05)
