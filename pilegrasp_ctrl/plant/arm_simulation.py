@@ -1,4 +1,4 @@
-"""An arm's true equations of motion under held torques: the plant that a controller is tried on, without an engine."""
+"""Equations of motion of an arm under held torques: a plant for controllers, without a physics engine."""
 
 from __future__ import annotations
 
@@ -17,21 +17,23 @@ from ..types import Array, Observation, Pose
 from .joint_friction import JointFriction
 from .sensor_noise import SensorNoise
 
-_FASTEST = 1e4
+MAX_SPEED = 1e4
+"""Length of the joint velocity beyond which the motion has diverged [rad/s]; chosen."""
 
 Environment = Callable[[Pose, Array], ArrayLike]
-"""From `transform_tool_to_world` and the tool's twist (6,) to the wrench (6,) on the tool at its origin, world axes."""
+"""Function from `transform_tool_to_world` and the tool's twist (6,) to the wrench (6,) on the tool at its origin, world
+axes."""
 
 
 class ArmSample(NamedTuple):
-    """The true state of the arm at the start of a control period, and what acts on it.
+    """The true state of the arm at the start of a control period, with command and wrench.
 
     Attributes:
-        time: [s].
-        q: (nv,) joint positions [rad].
-        v: (nv,) joint velocities [rad/s].
-        torque: (nv,) commanded, held over the period that begins [N·m].
-        wrench: (6,) of the environment on the tool at its origin, world axes [N, N·m].
+        time: Time [s].
+        q: (nv,) Joint positions [rad].
+        v: (nv,) Joint velocities [rad/s].
+        torque: (nv,) Commanded torque, held over the period that begins [N·m].
+        wrench: (6,) Wrench of the environment on the tool at its origin, world axes [N, N·m].
     """
 
     time: float
@@ -42,16 +44,16 @@ class ArmSample(NamedTuple):
 
 
 class ArmSimulation:
-    """A plant that may differ from the controller's model: heavier, loaded, rubbing, touched, seen through noise.
+    """A plant that may differ from the controller's model in mass, payload, friction, contact and sensor noise.
 
-    Torques are held for a control period, which is integrated in `substeps` steps of the midpoint rule, joint friction
-    as an impulse at the end of each (`JointFriction`). Joints have no end stops. Nothing is remembered between runs, so
-    that the same run gives the same samples again.
+    Torques are held for a control period, which is integrated in `substeps` steps of the midpoint rule. Joint friction
+    is an impulse at the end of each step (`JointFriction`). Joints have no end stops. A run changes nothing in the
+    simulation, so the same run gives the same samples again.
 
     Attributes:
-        arm: the controller's model.
-        plant: the arm as it is, with its mass error and payload.
-        friction: of the plant's joints.
+        arm: Controller's model.
+        plant: True arm, with its mass error and payload.
+        friction: Friction of the plant's joints.
     """
 
     def __init__(
@@ -70,20 +72,20 @@ class ArmSimulation:
         """Build the plant.
 
         Args:
-            arm: the model that controllers hold.
-            substeps: integration steps per control period.
-            friction_coulomb: (nv,) or a scalar, the plant's Coulomb friction [N·m]; the model's where absent.
-            friction_viscous: (nv,) or a scalar, its viscous friction [N·m·s/rad]; the model's where absent.
-            mass_factor: by which mass and inertia of every link exceed the model's; the drives' reflected inertia is
-                known better than the links' and stays.
-            payload: a point mass at the tool frame's origin that the model does not know [kg].
-            environment: what touches the tool; evaluated at every stage of the integration, so that a stiffness k on a
-                tool of mass m needs steps well below sqrt(m / k).
-            noise: on what the controller observes.
-            seed: of the noise.
+            arm: Model that controllers use.
+            substeps: Integration steps per control period.
+            friction_coulomb: (nv,) or a scalar, Coulomb friction of the plant [N·m]; by default the model's.
+            friction_viscous: (nv,) or a scalar, viscous friction of the plant [N·m·s/rad]; by default the model's.
+            mass_factor: Mass and inertia of every link over the model's [-]. The drives' reflected inertia stays,
+                because it is known better than the links'.
+            payload: Point mass at the tool frame's origin that the model does not know [kg].
+            environment: Environment that touches the tool. It is evaluated at every stage of the integration, so a
+                stiffness k on a tool of mass m needs steps well below sqrt(m / k).
+            noise: Noise on what the controller observes.
+            seed: Seed of the noise.
 
         Raises:
-            ConfigurationError: where a number is out of range or does not fit the arm.
+            ConfigurationError: A number is out of range or does not fit the arm.
         """
         if not (isinstance(substeps, int) and substeps >= 1):
             raise ConfigurationError(f"substeps = {substeps} must be a whole number of at least 1")
@@ -97,10 +99,15 @@ class ArmSimulation:
             _frictions(arm, friction_viscous, arm.friction_viscous, "friction_viscous"),
         )
         if noise is not None and any(value.shape not in ((), (arm.nv,)) for value in (noise.position, noise.velocity)):
-            raise ConfigurationError(f"the noise has another number of joints than {arm.name}, which has {arm.nv}")
+            raise ConfigurationError(
+                f"the noise has another number of joints than {arm.name}; give one value or {arm.nv}"
+            )
         self.plant = _with_errors(arm, mass_factor, payload)
         self._model = self.plant.pinocchio_model
         self._substeps, self._environment, self._noise, self._seed = substeps, environment, noise, seed
+
+    def __repr__(self) -> str:
+        return f"ArmSimulation({self.arm.name!r}, nv={self.arm.nv}, substeps={self._substeps})"
 
     def run(
         self,
@@ -114,17 +121,16 @@ class ArmSimulation:
         """Yield one sample per control period, from time 0 to one period before `duration`.
 
         Args:
-            torque: (nv,) [N·m] from an observation; asked once a period, with the environment's exact wrench at the
-                tool's origin.
-            q: (nv,) joint positions at time 0 [rad].
-            duration: [s].
-            v: (nv,) joint velocities at time 0 [rad/s]; at rest where absent.
-            rate: control periods a second [Hz].
+            torque: Function from an observation to the torque (nv,) [N·m]. It is called once a period; the observation
+                holds the environment's exact wrench at the tool's origin.
+            q: (nv,) Joint positions at time 0 [rad].
+            duration: Simulated time [s].
+            v: (nv,) Joint velocities at time 0 [rad/s]; by default zero.
+            rate: Control rate [Hz].
 
         Raises:
-            ConfigurationError: where the start does not fit the arm, or there is no whole control period in
-                the duration.
-            SimulationError: where the joints get faster than 10,000 rad/s, so that the motion has diverged.
+            ConfigurationError: The start does not fit the arm, or the duration holds no whole control period.
+            SimulationError: The joints get faster than `MAX_SPEED`, so the motion has diverged.
         """
         nv = self.arm.nv
         q, v = np.array(q, dtype=np.float64), np.zeros(nv) if v is None else np.array(v, dtype=np.float64)
@@ -148,18 +154,18 @@ class ArmSimulation:
             yield ArmSample(time, q, v, held, wrench)
             for _ in range(self._substeps):
                 q, v, friction = self._advance(data, q, v, held, friction, step)
-                if not v.dot(v) < _FASTEST**2:
+                if not v.dot(v) < MAX_SPEED**2:
                     raise SimulationError(
                         f"{self.arm.name} diverged at {time:.3f} s: the loop or its environment is too stiff for "
                         f"{rate:g} Hz and {self._substeps} substeps; lower the gains or raise one of these"
                     )
 
     def wrench(self, q: Array, v: Array) -> Array:
-        """Return (6,) the environment's wrench on the tool at a state, at its origin, world axes [N, N·m]."""
+        """Return the environment's wrench (6,) on the tool at its origin, world axes [N, N·m]."""
         return np.zeros(6) if self._environment is None else _wrench(self._environment, self.plant.update(q, v))
 
     def external(self, q: Array, v: Array) -> Array | None:
-        """Return (nv,) the joint torque from outside at a state [N·m], None where there is none."""
+        """Return the joint torque (nv,) of the environment at a state [N·m]; None without an environment."""
         if self._environment is None:
             return None
         state = self.plant.update(q, v)
@@ -174,14 +180,14 @@ class ArmSimulation:
     def _advance(
         self, data: pin.Data, q: Array, v: Array, torque: Array, friction: Array, step: float
     ) -> tuple[Array, Array, Array]:
-        """Integrate one step; the friction of the step before stands in at its start, where it is not yet known."""
-        model, rubbing = self._model, self.friction
-        start = torque if rubbing.none else torque + friction - rubbing.viscous * v
+        """Integrate one step; the friction at its start is not yet known, so that of the previous step is used."""
+        model, friction_law = self._model, self.friction
+        start = torque if friction_law.none else torque + friction - friction_law.viscous * v
         a = pin.aba(model, data, q, v, self._total(start, q, v))
         q_middle, v_middle = q + 0.5 * step * v, v + 0.5 * step * a
         v_end = v + step * pin.aba(model, data, q_middle, v_middle, self._total(torque, q_middle, v_middle))
-        if not rubbing.none:
-            v_end, friction = rubbing.slow(pin.crba(model, data, q_middle), v, v_end, step)
+        if not friction_law.none:
+            v_end, friction = friction_law.apply(pin.crba(model, data, q_middle), v, v_end, step)
         return q + 0.5 * step * (v + v_end), v_end, friction
 
     def _total(self, torque: Array, q: Array, v: Array) -> Array:
@@ -199,7 +205,9 @@ def _frictions(arm: ArmModel, given: ArrayLike | None, model: Array, name: str) 
 def _wrench(environment: Environment, state: ArmState) -> Array:
     wrench = np.asarray(environment(state.pose, state.twist), dtype=np.float64)
     if wrench.shape != (6,):
-        raise ConfigurationError(f"the environment's wrench has the shape {wrench.shape}; six numbers, force first")
+        raise ConfigurationError(
+            f"the environment's wrench has the shape {wrench.shape}; return six numbers, force first"
+        )
     return wrench
 
 

@@ -1,4 +1,4 @@
-"""How far the tool follows a reference that swings, and how late: the closed loop as a control engineer plots it."""
+"""Gain and phase of a closed loop: the response of the tool to a reference that oscillates."""
 
 from __future__ import annotations
 
@@ -16,26 +16,30 @@ from .arm_simulation import ArmSimulation
 from .tracking import Controller, simulate_tracking
 
 FREQUENCIES = tuple(np.geomspace(0.5, 20.0, 17).tolist())
-"""[Hz]; from well below to well above the default gains' natural frequencies of 4.8 and 6.4 Hz."""
+"""Frequencies of the reference [Hz]; chosen from well below to well above the default gains' natural frequencies of
+4.8 and 6.4 Hz."""
 
 _HALF_POWER = 10.0 ** (-3.0 / 20.0)
+"""Gain of -3 dB [-], which defines the bandwidth."""
+
 _SAMPLES_PER_PERIOD = 4.0
+"""Fewest control periods in a period of the reference [-]; chosen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrequencyResponse:
-    """From the reference's motion along one axis to the tool's, at n frequencies.
+    """The response from the reference's motion along one axis to the tool's, at n frequencies.
 
     Attributes:
-        frequency: (n,) rising [Hz].
-        gain: (n,) amplitude of the tool's motion over that of the reference.
-        phase: (n,) by which the tool leads the reference, continuous over the frequency; negative where it lags [rad].
-        distortion: (n,) rms of the motion along the axis that is not at the reference's frequency, over the rms of
-            what is. A linear loop has none; friction and limits have, and then gain and phase hold for this amplitude
-            only.
-        amplitude: of the reference [m or rad].
-        active_limits: names of the limits that bound at any frequency, after the transient.
-        fallbacks: number of periods in which the controller's program had no solution.
+        frequency: (n,) Rising frequencies [Hz].
+        gain: (n,) Amplitude of the tool's motion over that of the reference [-].
+        phase: (n,) Phase of the tool relative to the reference [rad], continuous over the frequency; negative where the
+            tool lags.
+        distortion: (n,) Rms of the motion along the axis at other frequencies, over the rms at the reference's [-]. A
+            linear loop has none. With friction or limits, gain and phase hold for this amplitude only.
+        amplitude: Amplitude of the reference [m or rad].
+        active_limits: Names of the limits that were active at any frequency, after the transient.
+        fallbacks: Number of periods in which the controller's program had no solution.
     """
 
     frequency: Array
@@ -46,11 +50,17 @@ class FrequencyResponse:
     active_limits: tuple[str, ...]
     fallbacks: int
 
+    def __repr__(self) -> str:
+        return (
+            f"FrequencyResponse(n={len(self.frequency)}, bandwidth={self.bandwidth:.3g} Hz, "
+            f"resonance_peak={self.resonance_peak:.3g}, active_limits={self.active_limits})"
+        )
+
     @property
     def bandwidth(self) -> float:
-        """Where the gain first falls 3 dB below 1 [Hz], interpolated in log frequency and decibel.
+        """Frequency at which the gain first falls 3 dB below 1 [Hz], interpolated in log frequency and decibel.
 
-        inf where it stays above at all frequencies, 0 where it is below at the lowest already.
+        It is inf where the gain stays above at all frequencies, and 0 where it is below at the lowest.
         """
         below = np.flatnonzero(self.gain < _HALF_POWER)
         if not below.size:
@@ -64,12 +74,12 @@ class FrequencyResponse:
 
     @property
     def resonance_peak(self) -> float:
-        """The largest gain among the frequencies; 1 or less where nothing resonates."""
+        """Largest gain among the frequencies [-]; 1 or less without resonance."""
         return float(self.gain.max())
 
     @property
     def resonance_frequency(self) -> float:
-        """Where the gain is largest [Hz]."""
+        """Frequency at which the gain is largest [Hz]."""
         return float(self.frequency[np.argmax(self.gain)])
 
 
@@ -87,31 +97,31 @@ def frequency_response(
     rate: float = 500.0,
     simulation: ArmSimulation | None = None,
 ) -> FrequencyResponse:
-    """Swing the reference along one axis, one frequency after the other, and correlate the tool's motion with it.
+    """Oscillate the reference along one axis at each frequency, and correlate the tool's motion with it.
 
-    By default the reference is a position only, as in a drive's Bode plot: the loop of `OperationalSpaceController`
-    then is `stiffness / (s² + damping s + stiffness)`. With `feedforward` it also carries its velocity and
-    acceleration, as every trajectory does, and the same loop is 1 at all frequencies where the model is right: what is
-    left of 1 is model error, friction, limits and the sampling.
+    By default the reference is a position only, as in a drive's Bode plot. The loop of `OperationalSpaceController` is
+    then `stiffness / (s² + damping s + stiffness)`. With `feedforward` the reference also carries its velocity and
+    acceleration, as every trajectory does. The same loop is then 1 at all frequencies if the model is right, and a
+    deviation from 1 comes from model error, friction, limits and sampling.
 
     Args:
-        arm: the model that the controller holds.
-        controller: an `OperationalSpaceController` or an `ImpedanceController`.
-        q: (nv,) around which posture to swing [rad].
-        axis: of the twist, world axes: 0 to 2 along x, y, z, 3 to 5 about them.
-        frequencies: [Hz].
-        amplitude: of the reference [m or rad]; 5 mm or 0.02 rad where absent.
-        feedforward: whether the reference carries its velocity and acceleration.
-        transient: time that passes before the correlation starts [s]; some times the loop's settling time.
-        periods: of the reference over which to correlate.
-        rate: of the control loop [Hz]; the controller's own.
-        simulation: the plant; the arm exactly as its model says, friction included, where absent.
+        arm: Model that the controller uses.
+        controller: An `OperationalSpaceController` or an `ImpedanceController`.
+        q: (nv,) Posture around which the arm oscillates [rad].
+        axis: Axis of the twist, world axes: 0 to 2 along x, y, z, 3 to 5 about them.
+        frequencies: Frequencies [Hz].
+        amplitude: Amplitude of the reference [m or rad]; by default 5 mm or 0.02 rad.
+        feedforward: Whether the reference carries its velocity and acceleration.
+        transient: Time before the correlation starts [s]; several times the loop's settling time.
+        periods: Number of periods of the reference over which to correlate.
+        rate: Control rate [Hz]; it must be the controller's.
+        simulation: Plant; by default the arm exactly as its model says, with friction.
 
     Raises:
-        ModelError: where q does not fit the arm.
-        ConfigurationError: where the axis is none of the six, a frequency is not between 0 and a quarter of the rate,
-            or another number is not positive.
-        SimulationError: where the loop diverges.
+        ModelError: q does not fit the arm.
+        ConfigurationError: The axis is none of the six, a frequency is not between 0 and a quarter of the rate, or
+            another number is not positive.
+        SimulationError: The loop diverges.
     """
     q, frequency = np.asarray(q, dtype=np.float64), np.unique(np.asarray(frequencies, dtype=np.float64))
     if axis not in range(6):
@@ -128,10 +138,10 @@ def frequency_response(
     rows, fallbacks = [], 0
     limits: set[str] = set()
     for hertz in frequency.tolist():
-        swing = _Swing(start, axis, size, 2.0 * pi * hertz, feedforward)
-        motion = simulate_tracking(simulation, controller, swing.at, q, transient + periods / hertz, rate)
+        oscillation = _Oscillation(start, axis, size, 2.0 * pi * hertz, feedforward)
+        motion = simulate_tracking(simulation, controller, oscillation.at, q, transient + periods / hertz, rate)
         kept = motion.time >= transient
-        wave = swing.pulsation * motion.time[kept]
+        wave = oscillation.pulsation * motion.time[kept]
         rows.append(_fit(wave, size * np.sin(wave) - motion.error[kept, axis], size))
         limits.update(motion.active_limits(transient))
         fallbacks += motion.fallbacks
@@ -140,7 +150,7 @@ def frequency_response(
 
 
 @dataclass(frozen=True, slots=True)
-class _Swing:
+class _Oscillation:
     """A sine along or about one world axis."""
 
     start: Pose
@@ -163,9 +173,9 @@ class _Swing:
 
 
 def _fit(wave: Array, motion: Array, amplitude: float) -> tuple[float, float, float]:
-    """Gain, phase and distortion by least squares on sine, cosine and a constant.
+    """Return gain [-], phase [rad] and distortion [-] by least squares on sine, cosine and a constant.
 
-    The same as correlation over whole periods, and right also where a period is no whole number of samples.
+    This equals correlation over whole periods, and it is also right where a period is no whole number of samples.
     """
     columns = np.column_stack((np.sin(wave), np.cos(wave), np.ones(len(wave))))
     weights = np.linalg.lstsq(columns, motion, rcond=None)[0]

@@ -1,4 +1,4 @@
-"""Coulomb and viscous friction of the joints that stops a joint and holds it, rather than creeping through zero."""
+"""Coulomb and viscous joint friction that stops a joint and holds it, so that no joint creeps through zero."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from ..exceptions import SimulationError
 from ..types import Array
 
 _HELD = 1e-9
+"""Relative distance of the friction from its bound above which a joint is held [-]; chosen above round-off."""
 
 
 class JointFriction:
@@ -18,20 +19,20 @@ class JointFriction:
 
         (M + ½ t B) v⁺ = M v_free - ½ t B v + t f,        |f| <= coulomb
 
-    with f such that a joint stands still (v⁺ = 0) wherever the friction suffices, and is opposed by all of it
-    elsewhere. That is the optimum of a quadratic program in f (J. J. Moreau, "Unilateral contact and dry friction in
-    finite freedom dynamics", in Nonsmooth Mechanics and Applications, 1988), which an active-set method solves exactly;
-    so joints that are coupled through the inertia stick and slip together as they should. The viscous part B is
-    implicit, so that a light joint with much of it does not blow up.
+    where f holds a joint (v⁺ = 0) if the friction suffices, and opposes its motion with all of coulomb otherwise. It is
+    the optimum of a quadratic program (J. J. Moreau, "Unilateral contact and dry friction in finite freedom
+    dynamics", in Nonsmooth Mechanics and Applications, 1988). An active-set method solves it exactly, so joints that
+    are coupled through the inertia stick and slip together. The viscous part B is implicit, so that a light joint with
+    high viscous friction stays stable.
 
     Attributes:
-        coulomb: (nv,) [N·m].
-        viscous: (nv,) [N·m·s/rad].
-        none: whether there is no friction at all.
+        coulomb: (nv,) Coulomb friction [N·m].
+        viscous: (nv,) Viscous friction [N·m·s/rad].
+        none: Whether there is no friction at all.
     """
 
     def __init__(self, coulomb: Array, viscous: Array) -> None:
-        """Take both frictions, not negative."""
+        """Take Coulomb (nv,) [N·m] and viscous (nv,) [N·m·s/rad] friction, neither negative."""
         self.coulomb, self.viscous = coulomb, viscous
         self.none = not (coulomb.any() or viscous.any())
         self._dry = np.flatnonzero(coulomb > 0.0)
@@ -39,17 +40,17 @@ class JointFriction:
         self._rows = np.zeros((0, len(self._dry)))
         self._kinds = np.zeros(len(self._dry), dtype=np.int32)
 
-    def slow(self, M: Array, v: Array, v_free: Array, step: float) -> tuple[Array, Array]:
-        """Return (nv,) the velocities at the end of a step [rad/s] and (nv,) the Coulomb friction in it [N·m].
+    def apply(self, M: Array, v: Array, v_free: Array, step: float) -> tuple[Array, Array]:
+        """Return the velocities at the end of a step (nv,) [rad/s] and the Coulomb friction in it (nv,) [N·m].
 
         Args:
-            M: (nv, nv) joint-space inertia [kg·m²].
-            v: (nv,) velocities at the start [rad/s].
-            v_free: (nv,) velocities at the end without any friction [rad/s].
-            step: [s].
+            M: (nv, nv) Joint-space inertia [kg·m²].
+            v: (nv,) Velocities at the start [rad/s].
+            v_free: (nv,) Velocities at the end without any friction [rad/s].
+            step: Time step [s].
 
         Raises:
-            SimulationError: where the program has no solution, which only values that are not finite can bring about.
+            SimulationError: The program has no solution, which happens only with values that are not finite.
         """
         damping = 0.5 * step * self.viscous
         compliance = np.linalg.inv(M + np.diag(damping))
@@ -63,6 +64,6 @@ class JointFriction:
                 raise SimulationError("the joint friction has no solution: the motion is not finite; use more substeps")
             friction[dry] = f
             v_end = v_end + step * (compliance[:, dry] @ f)
-            # Round-off would let a joint that is held creep.
+            # Round-off would let a held joint creep.
             v_end[dry[np.abs(f) < self._bound * (1.0 - _HELD)]] = 0.0
         return v_end, friction

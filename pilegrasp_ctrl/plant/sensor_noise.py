@@ -1,4 +1,4 @@
-"""What encoders and the differences of their readings add to the true joint positions and velocities."""
+"""Noise of encoders, and of velocities that are differences of their readings."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..exceptions import ConfigurationError
 from ..types import Array
 
 WAM_COUNTS = 4096
-"""Counts per motor revolution of the WAM's magnetic encoders (Barrett's property CTS; WAM User Manual D1001 AH.00,
+"""Counts per motor revolution of the WAM's magnetic encoders [-] (Barrett's property CTS; WAM User Manual D1001 AH.00,
 appendix C, has 40960 for the older optical ones)."""
 
 
@@ -21,11 +21,11 @@ class SensorNoise:
     """White Gaussian noise on the measured joint positions and velocities, independent from period to period.
 
     Attributes:
-        position: (nv,) standard deviations, or a scalar for all joints [rad].
-        velocity: (nv,) standard deviations, or a scalar for all joints [rad/s].
+        position: (nv,) Standard deviations, or a scalar for all joints [rad].
+        velocity: (nv,) Standard deviations, or a scalar for all joints [rad/s].
 
     Raises:
-        ConfigurationError: where a value is negative or not finite.
+        ConfigurationError: A value is negative or not finite.
     """
 
     position: Array
@@ -35,26 +35,28 @@ class SensorNoise:
         for name, given in (("position", position), ("velocity", velocity)):
             value = np.array(given, dtype=np.float64)
             if value.ndim > 1 or not np.isfinite(value).all() or (value < 0.0).any():
-                raise ConfigurationError(f"the noise of {name} is {value.tolist()}; deviations are finite and >= 0")
+                raise ConfigurationError(
+                    f"the noise of {name} is {value.tolist()}; give finite standard deviations >= 0"
+                )
             value.setflags(write=False)
             object.__setattr__(self, name, value)
 
     @classmethod
     def of_encoders(cls, joint_to_motor: ArrayLike, counts: float = WAM_COUNTS, rate: float = 500.0) -> SensorNoise:
-        """Return the noise of encoders at the motors, velocities taken as differences of two readings.
+        """Return the noise of encoders at the motors, with velocities as differences of two readings.
 
-        A reading is off by up to half a count, which has the standard deviation count / sqrt(12); the difference of two
-        over one period has count · rate / sqrt(6). Barrett's own driver takes velocities so (libbarrett,
-        `LowLevelWam::update`). True rounding repeats while the joint rests, which is kinder than white noise; a
-        difference also lags by half a period, which is not modelled.
+        A reading has an error of up to half a count, whose standard deviation is count / sqrt(12). The difference of
+        two readings over one period has count · rate / sqrt(6). Barrett's driver computes velocities in this way
+        (libbarrett, `LowLevelWam::update`). True rounding repeats while the joint rests, which disturbs less than white
+        noise. A difference also lags by half a period, which is not modelled.
 
         Args:
-            joint_to_motor: (nv, nv) motor angles of joint angles, or (nv,) gear ratios.
-            counts: per revolution of a motor.
-            rate: of the control loop [Hz].
+            joint_to_motor: (nv, nv) Matrix from joint to motor angles, or (nv,) gear ratios.
+            counts: Counts per revolution of a motor.
+            rate: Control rate [Hz].
 
         Raises:
-            ConfigurationError: where counts or rate is not positive, or the transmission has no inverse.
+            ConfigurationError: Counts or rate is not positive, or the transmission has no inverse.
         """
         if not (0.0 < counts < inf and 0.0 < rate < inf):
             raise ConfigurationError(f"counts = {counts} and rate = {rate} must be positive and finite")
@@ -62,6 +64,8 @@ class SensorNoise:
         try:
             motor_to_joint = np.linalg.inv(np.diag(ratios) if ratios.ndim == 1 else ratios)
         except np.linalg.LinAlgError:
-            raise ConfigurationError("joint_to_motor has no inverse, so encoders do not tell the joints") from None
+            raise ConfigurationError(
+                "joint_to_motor has no inverse, so the encoders do not determine the joints; give a regular matrix"
+            ) from None
         count: Array = 2.0 * pi / counts * np.sqrt(np.square(motor_to_joint).sum(axis=1))
         return cls(count / sqrt(12.0), count * rate / sqrt(6.0))

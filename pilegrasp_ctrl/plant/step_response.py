@@ -1,4 +1,4 @@
-"""The answer of a closed loop to a reference that jumps."""
+"""The response of a closed loop to a step of the reference."""
 
 from __future__ import annotations
 
@@ -16,32 +16,33 @@ from .arm_simulation import ArmSimulation
 from .tracking import Controller, simulate_tracking
 
 SETTLING_BAND = 0.02
-"""Share of the step within which the error has to stay to count as settled."""
+"""Share of the step within which the error must stay to count as settled [-]; the usual 2 %."""
 
-_END = 0.1
+STEADY_SHARE = 0.1
+"""Share of the time at its end over which the steady-state error is averaged [-]; chosen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepResponse:
-    """What a jump of the reference brought about; n control periods from the jump on.
+    """The response to a step over n control periods, from the step on.
 
-    Where the reference jumps both in place and in orientation, a metric is that of the worse of the two.
+    If the reference steps both in position and in orientation, each metric is the worse of the two.
 
     Attributes:
-        time: (n,) since the jump [s].
-        error: (n, 6) from the true tool to the reference, world axes, linear part first [m, rad].
-        torque: (n, nv) commanded [N·m].
-        step: (6,) the jump, displacement then rotation vector [m, rad].
-        rise_time: from 10 % to 90 % of the step along its own direction [s]; inf where 90 % is not reached.
-        settling_time: until the length of the error stays below 2 % of the step's [s], movement across the step
-            included; inf where it does not within the time that was simulated.
-        overshoot: largest excess over the step along its direction, as a fraction of it; 0 where there is none.
-        steady_state_error: lengths of the mean position and orientation errors over the last tenth of the time
+        time: (n,) Time since the step [s].
+        error: (n, 6) Error from the true tool to the reference, world axes, linear part first [m, rad].
+        torque: (n, nv) Commanded torques [N·m].
+        step: (6,) Step, displacement then rotation vector [m, rad].
+        rise_time: Time from 10 % to 90 % of the step along its direction [s]; inf where 90 % is not reached.
+        settling_time: Time until the length of the error stays below 2 % of the step's [s], with the motion across the
+            step; inf where it does not settle within the simulated time.
+        overshoot: Largest excess over the step along its direction, as a fraction of it; 0 where there is none.
+        steady_state_error: Lengths of the mean position and orientation errors over the last tenth of the time
             [m, rad].
-        torque_share: largest ratio of a joint's torque to its limit; 1 where a torque limit was reached.
-        active_limits: names of the limits that bound at any time. Where there are some, the response is bent: it is
-            slower than the gains, and does not scale with the step.
-        fallbacks: number of periods in which the controller's program had no solution.
+        torque_share: Largest ratio of a joint's torque to its limit; 1 where a torque limit was reached.
+        active_limits: Names of the limits that were active at any time. If there are any, the response is slower than
+            the gains and does not scale with the step.
+        fallbacks: Number of periods in which the controller's program had no solution.
     """
 
     time: Array
@@ -56,6 +57,12 @@ class StepResponse:
     active_limits: tuple[str, ...]
     fallbacks: int
 
+    def __repr__(self) -> str:
+        return (
+            f"StepResponse(rise_time={self.rise_time:.3g} s, settling_time={self.settling_time:.3g} s, "
+            f"overshoot={self.overshoot:.1%}, active_limits={self.active_limits})"
+        )
+
 
 def step_response(
     arm: ArmModel,
@@ -68,28 +75,27 @@ def step_response(
     rate: float = 500.0,
     simulation: ArmSimulation | None = None,
 ) -> StepResponse:
-    """Let the reference jump from where the tool rests, and measure what follows.
+    """Step the reference away from the resting tool, and measure the response.
 
-    A step asks for the acceleration `stiffness · step` at once: 18 m/s² for the default gains and 20 mm. Where that
-    meets the limits of torque or of joint velocity they bend the response; `active_limits` says so. Halve the step
-    until the names are gone to read the gains; keep it to read what the arm does. The duration has to be some times the
-    settling time, about `6 / sqrt(stiffness)` seconds at critical damping.
+    A step asks for the acceleration `stiffness · step` at once: 18 m/s² for the default gains and 20 mm. Limits of
+    torque or joint velocity may then change the response, and `active_limits` names them. To measure the gains, halve
+    the step until no limit is named. The duration must be several times the settling time, which is about
+    `6 / sqrt(stiffness)` seconds at critical damping.
 
     Args:
-        arm: the model that the controller holds.
-        controller: an `OperationalSpaceController` or an `ImpedanceController`.
-        q: (nv,) where the arm rests [rad].
-        displacement: (3,) of the reference, world axes [m].
-        rotation: (3,) rotation vector of the reference, world axes [rad].
-        duration: [s].
-        rate: of the control loop [Hz]; the controller's own.
-        simulation: the plant; the arm exactly as its model says, friction included, where absent.
+        arm: Model that the controller uses.
+        controller: An `OperationalSpaceController` or an `ImpedanceController`.
+        q: (nv,) Joint positions of the resting arm [rad].
+        displacement: (3,) Displacement of the reference, world axes [m].
+        rotation: (3,) Rotation vector of the reference, world axes [rad].
+        duration: Simulated time [s].
+        rate: Control rate [Hz]; it must be the controller's.
+        simulation: Plant; by default the arm exactly as its model says, with friction.
 
     Raises:
-        ModelError: where q does not fit the arm.
-        ConfigurationError: where a vector is not three finite numbers, both are zero, or duration or rate is not
-            positive.
-        SimulationError: where the loop diverges.
+        ModelError: q does not fit the arm.
+        ConfigurationError: A vector is not three finite numbers, both are zero, or duration or rate is not positive.
+        SimulationError: The loop diverges.
     """
     q = np.asarray(q, dtype=np.float64)
     try:
@@ -104,7 +110,7 @@ def step_response(
     parts = [part for part in (slice(0, 3), slice(3, 6)) if step[part].any()]
     metrics = [_metrics(motion.time, motion.error[:, part], step[part], 1.0 / rate) for part in parts]
     rise, settling, overshoot = (max(values) for values in zip(*metrics, strict=True))
-    end = motion.error[-max(1, round(_END * len(motion.time))) :].mean(axis=0)
+    end = motion.error[-max(1, round(STEADY_SHARE * len(motion.time))) :].mean(axis=0)
     return StepResponse(
         time=motion.time,
         error=motion.error,
@@ -121,7 +127,7 @@ def step_response(
 
 
 def _metrics(time: Array, error: Array, step: Array, period: float) -> tuple[float, float, float]:
-    """Rise time, settling time and overshoot of one part of the error (n, 3)."""
+    """Return rise time [s], settling time [s] and overshoot [-] of one part of the error (n, 3)."""
     covered = 1.0 - error @ step / (step @ step)
     nearly = _crossing(time, covered, 0.9)
     rise = nearly - _crossing(time, covered, 0.1) if nearly < inf else inf
@@ -132,7 +138,7 @@ def _metrics(time: Array, error: Array, step: Array, period: float) -> tuple[flo
 
 
 def _crossing(time: Array, values: Array, level: float) -> float:
-    """Return when `values` first reach `level`, between samples by interpolation; inf where they never do."""
+    """Return the interpolated time at which `values` first reach `level` [s]; inf where they never do."""
     above = np.flatnonzero(values >= level)
     if not above.size:
         return inf

@@ -1,4 +1,4 @@
-"""A controller follows a reference on a simulated arm; what was to follow is compared with what the tool truly did."""
+"""Tracking: a controller moves a simulated arm along a reference, and the true motion is compared with it."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from .arm_simulation import ArmSimulation
 
 
 class Controller(Protocol):
-    """Torques from an observation and a reference, such as `OperationalSpaceController` and `ImpedanceController`."""
+    """A controller such as `OperationalSpaceController` or `ImpedanceController`."""
 
     def step(self, observation: Observation, reference: Reference, /) -> ControllerOutput:
         """Return the torques for one control period."""
 
 
 class Motion(NamedTuple):
-    """How a reference was followed; n control periods.
+    """The tracked motion over n control periods.
 
     Attributes:
-        time: (n,) [s].
-        error: (n, 6) from the true tool to its reference, world axes, linear part first [m, rad].
-        torque: (n, nv) commanded [N·m].
-        limits: (n,) the names of the limits that bound in each period.
-        fallbacks: number of periods in which the controller's program had no solution.
+        time: (n,) Times [s].
+        error: (n, 6) Error from the true tool to its reference, world axes, linear part first [m, rad].
+        torque: (n, nv) Commanded torques [N·m].
+        limits: (n,) Names of the limits that were active in each period.
+        fallbacks: Number of periods in which the controller's program had no solution.
     """
 
     time: Array
@@ -38,9 +38,9 @@ class Motion(NamedTuple):
     fallbacks: int
 
     def active_limits(self, start: float = 0.0) -> tuple[str, ...]:
-        """Return the names of the limits that bound at `start` [s] or later, sorted.
+        """Return the names of the limits that were active at `start` [s] or later, sorted.
 
-        Where there are some, the error is theirs as well as the gains'.
+        If there are any, the error comes from them as well as from the gains.
         """
         late = (names for time, names in zip(self.time, self.limits, strict=True) if time >= start)
         return tuple(sorted(set().union(*late)))
@@ -57,16 +57,16 @@ def simulate_tracking(
     """Run the closed loop from rest.
 
     Args:
-        simulation: the plant.
-        controller: asked once a period.
-        reference: where the tool should be at a time [s], for example `StraightLine(...).at`.
-        q: (nv,) joint positions at time 0 [rad].
-        duration: [s].
-        rate: of the control loop [Hz]; the controller's own.
+        simulation: Plant.
+        controller: Controller, called once a period.
+        reference: Function from a time [s] to the tool's reference, for example `StraightLine(...).at`.
+        q: (nv,) Joint positions at time 0 [rad].
+        duration: Simulated time [s].
+        rate: Control rate [Hz]; it must be the controller's.
 
     Raises:
-        ConfigurationError: where q does not fit the arm, or duration or rate is not positive.
-        SimulationError: where the loop diverges.
+        ConfigurationError: q does not fit the arm, or duration or rate is not positive.
+        SimulationError: The loop diverges.
     """
     limits: list[tuple[str, ...]] = []
     fallbacks = 0

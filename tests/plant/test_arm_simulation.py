@@ -88,7 +88,7 @@ def test_friction_holds_a_joint_or_opposes_it_with_all_it_has():
     friction = ArmSimulation(arm).friction
     for q, v in random_states(arm, 50):
         M, v_free = arm.update(q, v).M, v * rng.uniform(0.0, 1.0) * 0.1
-        v_end, f = friction.slow(M, v, v_free, step)
+        v_end, f = friction.apply(M, v, v_free, step)
         momentum = M @ (v_end - v_free) + 0.5 * step * friction.viscous * (v + v_end)
         np.testing.assert_allclose(momentum, step * f, atol=1e-9)
         assert (np.abs(f) <= friction.coulomb * (1.0 + 1e-9)).all()
@@ -270,3 +270,7 @@ def test_a_plant_that_cannot_be_built_is_refused(arguments, message):
 def test_values_that_cannot_be_used_are_refused(make, message):
     with pytest.raises(PilegraspError, match=message):
         make()
+
+
+def test_a_simulation_prints_as_one_line():
+    assert repr(ArmSimulation(load("panda"))) == "ArmSimulation('panda', nv=7, substeps=2)"
