@@ -1,7 +1,7 @@
 """The command line `pilegrasp`: a thin layer over the library.
 
-Results go to standard output, everything else to standard error. The exit status is 0 where the command did what it was
-asked, 2 after an error and 130 after an interrupt; an attempt that runs and grasps nothing was carried out as asked.
+Results go to standard output, everything else to standard error. The exit status is 0 if the command did what it was
+asked, 2 after an error and 130 after an interrupt. An attempt that grasps nothing is a result, not an error.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from .application import app
 __all__ = ["app", "main"]
 
 READER_LEFT = 141
-"""The status that a shell shows for a program that SIGPIPE ended."""
+"""Exit status if the reader of standard output has left: 128 + 13, as a shell shows for SIGPIPE."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -46,8 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 130
     except (BrokenPipeError, SystemExit):
-        # The reader has left, which rich turns into SystemExit. Without this the interpreter complains once more when
-        # it closes the stream.
+        # The reader has left; rich turns that into SystemExit. Without this the interpreter complains again when it
+        # closes the stream.
         _discard(sys.stdout)
         return READER_LEFT
     except Exception as error:
@@ -61,12 +61,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _discard(stream: TextIO) -> None:
-    """Send what is still in the stream's buffer nowhere."""
+    """Discard what is still in the buffer of a stream."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _is_of_a_stream(error: Exception) -> TypeGuard[OSError]:
-    """Tell a full disk behind standard output from the error of a file, which has a name."""
+    """Return whether an error belongs to a standard stream, as for a full disk; that of a file has a name."""
     return isinstance(error, OSError) and error.errno is not None and error.filename is None
 
 
@@ -83,6 +83,6 @@ def _sentence(error: Exception) -> str:
 
 
 def _command(error: Exception) -> str:
-    """Return the command whose options were misused, as it was called."""
+    """Return the command whose options are wrong, as it was called."""
     context = getattr(error, "ctx", None)
     return str(context.command_path) if context else "pilegrasp"

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from ..validation.bench.result import BenchResult, Row
 
 
-@app.command("bench", epilog="Ratios within one run can be trusted; microseconds belong to the machine and its mood.")
+@app.command("bench", epilog="Ratios within one run can be trusted; microseconds depend on the machine and its load.")
 def bench(
     quick: Annotated[
-        bool, typer.Option("--quick", metavar="", help="Few samples: a look rather than a result.")
+        bool, typer.Option("--quick", metavar="", help="Few samples: a quick look, not a result.")
     ] = False,
     save: Annotated[Path | None, typer.Option(metavar="F.json", help="Write the result to this file.")] = None,
     compare: Annotated[
@@ -74,7 +74,7 @@ def _progress() -> Iterator[Callable[[float, str], None]]:
         TimeElapsedColumn(),
         TextColumn("{task.description}"),
     )
-    # The bar draws from this thread only: one that woke up by itself would take its time from what is measured.
+    # The bar is drawn by this thread only; a thread of its own would disturb what is measured.
     with Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False) as bar:
         line = bar.add_task("", total=1.0)
         yield lambda fraction, what: bar.update(line, completed=fraction, description=escape(what), refresh=True)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def doctor(
     physics: Annotated[
         bool,
-        typer.Option("--physics", metavar="", help="Check what the simulation does, against numbers from elsewhere."),
+        typer.Option("--physics", metavar="", help="Compare the simulation with formulas and published numbers."),
     ] = False,
     as_json: JsonOption = False,
     debug: DebugOption = False,
@@ -40,7 +40,7 @@ def doctor(
 
 
 def _measure() -> list[PhysicsCheck]:
-    """Carry out the checks of the physics, with a progress bar on standard error where somebody watches."""
+    """Run the checks of the physics, with a progress bar on a terminal."""
     from ..validation.physics.suite import physics_checks
 
     columns = (BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))

@@ -15,6 +15,7 @@ from ..files import VIEWS, check_output
 from .application import DebugOption, JsonOption, app, make_progress, print_json
 
 MOVIES = (".gif", ".mp4")
+"""Suffixes of movies."""
 
 
 @app.command(

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..scenarios.paper.plan import PlannedCondition, Remaining
 
 JUDGING = 10_000
-"""Seeds from here on are for judging; whoever tunes uses others."""
+"""First seed for judging (chosen); gains are tuned on smaller ones."""
 COLOURS = {"holds": "green", "fails": "red", "not decided": "yellow"}
 
 
@@ -31,7 +31,7 @@ COLOURS = {"holds": "green", "fails": "red", "not decided": "yellow"}
     "to what is there. An interrupt loses no finished attempt.",
 )
 def paper(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; made where it is missing.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; made if it is missing.")],
     names: Annotated[
         list[str] | None,
         typer.Argument(
@@ -44,7 +44,7 @@ def paper(
         typer.Option(
             min=1,
             metavar="N",
-            help="At most so many at a condition, fewer where many are judged as one; the paper's numbers by default.",
+            help="Most attempts at a condition, fewer where many are judged together; the paper's numbers by default.",
         ),
     ] = None,
     jobs: JobsOption = None,
@@ -57,12 +57,14 @@ def paper(
     ] = True,
     dry_run: Annotated[
         bool,
-        typer.Option("--dry-run", metavar="", help="Say how many attempts are missing and what they cost, and stop."),
+        typer.Option(
+            "--dry-run", metavar="", help="Say how many attempts are missing and how long they take, and stop."
+        ),
     ] = False,
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """Carry out the paper's experiments and judge its claims: claims.json, index.html, figures, recordings."""
+    """Run the paper's experiments and judge its claims: claims.json, index.html, figures, recordings."""
     workers = worker_count(jobs, scheduler)
 
     from ..scenarios.paper.plan import EXPERIMENTS, find_experiment, plan
@@ -146,7 +148,7 @@ def _print_costs(planned: list[PlannedCondition]) -> None:
 
 
 def _command(names: list[str] | None, attempts: int | None, first_seed: int, out: Path) -> str:
-    """Return the command that does this again."""
+    """Return the command that repeats this study."""
     words = ["pilegrasp", "paper", *(names or ["all"])]
     words += [] if attempts is None else ["--attempts", str(attempts)]
     words += [] if first_seed == JUDGING else ["--seeds-from", str(first_seed)]

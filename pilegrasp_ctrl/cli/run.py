@@ -49,7 +49,7 @@ def run_scenario(
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """Carry out one attempt: settle the pile, approach, push, grasp, lift."""
+    """Run one attempt: settle the pile, approach, push, grasp, lift."""
     from ..config import load_scenario, parse_overrides
 
     chosen = load_scenario(scenario, parse_overrides(settings or []))
@@ -93,7 +93,7 @@ def run_scenario(
 
 @contextmanager
 def _live_view(title: str) -> Iterator[LiveView]:
-    """Serve the page of the running attempt, and say where it is."""
+    """Serve the page of the running attempt, and print its address."""
     from ..viewer.live import PATIENCE, LiveView
 
     with LiveView(title) as view:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..study.run import StudyProgress
 
 JobsOption = Annotated[
-    int | None, typer.Option("--jobs", min=1, metavar="N", help="Worker processes; one for each core where absent.")
+    int | None, typer.Option("--jobs", min=1, metavar="N", help="Worker processes; by default one for each core.")
 ]
 SchedulerOption = Annotated[
     str | None,

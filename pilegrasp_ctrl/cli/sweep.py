@@ -41,17 +41,17 @@ class Recorded(StrEnum):
 def sweep(
     scenario: ScenarioArgument,
     seeds: Annotated[str, typer.Option(metavar="FIRST:LAST", help="Seeds of each combination, the last one left out.")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; made where it is missing.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; made if it is missing.")],
     vary: Annotated[
         list[str] | None,
-        typer.Option(metavar="KEY=A,B,C", help="Values of a key; repeated, every combination is run."),
+        typer.Option(metavar="KEY=A,B,C", help="Values of a key; may be repeated, then every combination runs."),
     ] = None,
     jobs: JobsOption = None,
     scheduler: SchedulerOption = None,
     record: Annotated[
         Recorded,
         typer.Option(
-            metavar="none|failures|first|all", help="Which attempts leave a recording; first: one a combination."
+            metavar="none|failures|first|all", help="Which attempts leave a recording; first: one for each combination."
         ),
     ] = Recorded.none,
     settings: Annotated[

@@ -36,25 +36,25 @@ class Controller(StrEnum):
 )
 def tune(
     scenario: ScenarioArgument,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the gains, the trials and the page.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for gains, trials and page.")],
     controller: Annotated[
         Controller | None,
         typer.Option(
             metavar="operational_space|impedance",
-            help="Which controller's gains; the scenario's or the hand's own where absent.",
+            help="Controller to tune; by default that of the scenario, or else of the hand.",
         ),
     ] = None,
-    trials: Annotated[int, typer.Option(min=1, metavar="N", help="How many gains to try, the start among them.")] = 60,
+    trials: Annotated[int, typer.Option(min=1, metavar="N", help="Number of gains to try, including the start.")] = 60,
     seeds: Annotated[
         str, typer.Option(metavar="FIRST:LAST", help="Seeds that each trial runs, the last one left out.")
     ] = "0:1",
-    jobs: Annotated[int, typer.Option(min=1, metavar="N", help="Processes; more than 4 bring nothing.")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, metavar="N", help="Processes; more than 4 do not help.")] = 1,
     start: Annotated[
-        Path | None, typer.Option(metavar="GAINS.toml", help="Gains to begin with; the shipped ones where absent.")
+        Path | None, typer.Option(metavar="GAINS.toml", help="Gains to begin with; by default those that ship.")
     ] = None,
     late: Annotated[
         int,
-        typer.Option(min=0, metavar="N", help="Demand the margin with torques that come so many control periods late."),
+        typer.Option(min=0, metavar="N", help="Demand the margin with torques that are N control periods late."),
     ] = 0,
     settings: Annotated[
         list[str] | None,
@@ -101,7 +101,7 @@ def tune(
 
 
 def _command(scenario: str, options: Mapping[str, Any], settings: list[str], out: Path) -> str:
-    """Return the command that does this again."""
+    """Return the command that repeats this search."""
     words = ["pilegrasp", "tune", scenario]
     for name, value in options.items():
         words += [] if value is None else [name, str(value)]

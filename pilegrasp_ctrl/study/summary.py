@@ -48,7 +48,7 @@ def summarise(store: StudyStore | Iterable[AttemptRow], attempts: Sequence[Attem
 
     Args:
         store: Study, or rows of one.
-        attempts: Conditions and seeds to count, in this order; all of the study where absent.
+        attempts: Conditions and seeds to count, in this order; the whole study if absent.
 
     Raises:
         ExportError: The store cannot be read.
