@@ -132,6 +132,7 @@ def touch_down(result):
     return recording.signals["tool_position"][at]
 
 
+@pytest.mark.slow
 def test_the_approach_finds_the_floor_where_it_is(pushes):
     level = touch_down(pushes[0.0])
     for error in (-2.0, 2.0):
@@ -142,6 +143,7 @@ def test_the_approach_finds_the_floor_where_it_is(pushes):
         assert abs(longer) > 3e-3
 
 
+@pytest.mark.slow
 def test_recorded_positions_are_those_of_the_scene(pushes):
     recording = pushes[2.0].recording
     sensor = next(index for index, body in enumerate(recording.bodies) if body.name == "sensor")
@@ -154,6 +156,7 @@ def test_recorded_positions_are_those_of_the_scene(pushes):
     assert reference[pushing][-1] < reference[pushing][0] - 1e-3
 
 
+@pytest.mark.slow
 def test_an_unknown_rise_of_the_floor_presses_on_a_shovel_that_keeps_its_height(pushes):
     mean = {error: table_force(result.recording)["mean"] for error, result in pushes.items()}
     assert mean[2.0] > mean[0.0] + 0.5

@@ -67,10 +67,10 @@ def test_a_ball_rolls_down_by_the_formula_and_rests_at_the_low_wall(solid):
             mujoco.mj_step(model, data)
         speeds.append(data.qvel[0])
     assert (speeds[1] - speeds[0]) / 0.3 == pytest.approx(expected, rel=0.05)
-    assert data.qpos[0] < layout_of().foot - radius
+    assert data.qpos[0] < layout_of().support_distance - radius
     for _ in range(15000):
         mujoco.mj_step(model, data)
-    assert data.qpos[0] == pytest.approx(layout_of().foot - radius, abs=5e-4)
+    assert data.qpos[0] == pytest.approx(layout_of().support_distance - radius, abs=5e-4)
     assert np.abs(data.qvel).max() < 0.01
 
 
@@ -79,7 +79,7 @@ def test_felt_still_lets_a_ball_roll_to_the_low_wall(name):
     model, data = rolling(object_model(name), layout_of())
     for _ in range(15600):
         mujoco.mj_step(model, data)
-    assert data.qpos[0] == pytest.approx(layout_of().foot - object_model(name).half_size[0], abs=5e-4)
+    assert data.qpos[0] == pytest.approx(layout_of().support_distance - object_model(name).half_size[0], abs=5e-4)
     assert np.abs(data.qvel).max() < 0.01
 
 
