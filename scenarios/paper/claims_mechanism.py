@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from statistics import fmean
 from typing import Any
 
-from pilegrasp_ctrl.scenarios.paper.conditions import HAND, SHOVEL, grasp
+from pilegrasp_ctrl.scenarios.paper.conditions import HAND, HAND_NAMES, SHOVEL, grasp
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence, Sample
 from pilegrasp_ctrl.scenarios.paper.figures_mechanism import (
     ORDER_NAMES,
@@ -42,7 +42,7 @@ ORDERS = 3
 def _judge_several(evidence: Evidence) -> Finding:
     hand, shovel = evidence.grasps_with(HAND), evidence.grasps_with(SHOVEL)
     numbers, texts = {}, []
-    for word, sample in (("hand", hand), ("shovel", shovel)):
+    for word, sample in zip(HAND_NAMES.values(), (hand, shovel), strict=True):
         low, high = wilson(sample.multiple, sample.successes)
         share = sample.multiple / sample.successes if sample.successes else 0.0
         numbers[word] = {"multiple": sample.multiple, "successes": sample.successes, "share": share}
@@ -75,7 +75,7 @@ def _judge_motion(evidence: Evidence) -> Finding:
     parts.append(
         Judgement(f"a wall narrows the spread: {_p_text(answers['wall'])}{reason}", answers["wall"]["verdict"])
     )
-    for word, hand in (("hand", HAND), ("shovel", SHOVEL)):
+    for hand, word in HAND_NAMES.items():
         agreed = evidence.grasps_with(hand).measures("motion", "agreed")
         part, numbers[word] = _judge_separation(word, agreed)
         parts.append(part)
@@ -110,7 +110,7 @@ def _judge_orders(evidence: Evidence) -> Finding:
     everything = Sample.pooled(samples.values())
     complete = f"{everything.successes} of {everything.n} orders complete, all asked"
     parts = [judge(complete, everything.successes == everything.n, *samples.values(), enough=ORDERS)]
-    light, heavy, cylinder = (mean.get(name) for name in ("light spheres", "heavy spheres", "cylinders"))
+    light, heavy, cylinder = (mean.get(ORDER_NAMES[name]) for name in ("light_sphere", "heavy_sphere", "cylinder"))
     if light is None or heavy is None or cylinder is None or len(mean) < len(samples):
         parts.append(Judgement("attempts for an order: not run for every kind of object", "not decided"))
     else:

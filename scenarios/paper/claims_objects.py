@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pilegrasp_ctrl.scenarios.paper.conditions import HAND, OBJECT_NAMES, SHOVEL, grasp
+from pilegrasp_ctrl.scenarios.paper.conditions import HAND, HAND_NAMES, OBJECT_NAMES, SHOVEL, grasp
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence, Sample
 from pilegrasp_ctrl.scenarios.paper.figures_objects import (
     ROUNDNESS_NAMES,
@@ -22,7 +22,7 @@ from pilegrasp_ctrl.scenarios.paper.judgement import (
 )
 
 ROUND_NAMES = {object_model: name for object_model, name in OBJECT_NAMES.items() if object_model != "cube"}
-HAND_NAMES = {HAND: "hand", SHOVEL: "shovel"}
+"""Round object models in the paper's words."""
 
 
 def _beside_wall(evidence: Evidence, hand: str) -> dict[str, Sample]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pilegrasp_ctrl.scenarios.paper.conditions import HAND, SHOVEL, sized, spheres
+from pilegrasp_ctrl.scenarios.paper.conditions import HAND, HAND_NAMES, SHOVEL, sized, spheres
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence, Sample
 from pilegrasp_ctrl.scenarios.paper.figures_piles import (
     COUNT_MASSES,
@@ -42,7 +42,7 @@ def _judge_unsupported(evidence: Evidence) -> Finding:
 def _judge_small_piles(evidence: Evidence) -> Finding:
     conditions = {
         f"{word}, {count}, {support}": spheres(0.06, support, hand, count)
-        for hand, word in ((HAND, "hand"), (SHOVEL, "shovel"))
+        for hand, word in HAND_NAMES.items()
         for count in ROBOT_COUNTS
         for support in ("wall", "corner")
     }

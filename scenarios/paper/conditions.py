@@ -9,6 +9,8 @@ from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.study.condition import Condition
 
 HAND, SHOVEL = "rbo_hand2", "shovel"
+HAND_NAMES = {HAND: "hand", SHOVEL: "shovel"}
+"""End-effectors in the paper's words."""
 SUPPORTS = ("none", "wall", "corner")
 COUNTS = {"light_sphere": 18, "heavy_sphere": 18, "cylinder": 14, "cube": 14}
 """Number of objects in a pile by object model (V-A)."""

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.scenarios.paper.charts import Palette, panels, put_legend_above, set_categories
-from pilegrasp_ctrl.scenarios.paper.conditions import SUPPORTS, grasp
+from pilegrasp_ctrl.scenarios.paper.conditions import OBJECT_NAMES, SUPPORTS, grasp
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence, Sample
 from pilegrasp_ctrl.scenarios.paper.experiment import ROBOT, Experiment, ExperimentCondition
 from pilegrasp_ctrl.study.condition import Condition
@@ -16,10 +16,7 @@ from pilegrasp_ctrl.study.condition import Condition
 PUSHED = {support: grasp("light_sphere", support) for support in SUPPORTS}
 """Conditions of Fig. 2 by support."""
 
-ORDER_NAMES = {
-    "light_sphere": "light spheres",
-    "heavy_sphere": "heavy spheres",
-    "cylinder": "cylinders",
+ORDER_NAMES = {name: OBJECT_NAMES[name] for name in ("light_sphere", "heavy_sphere", "cylinder")} | {
     "lime_net": "nets of limes",
     "apple": "apples",
 }

@@ -14,6 +14,7 @@ from pilegrasp_ctrl.scenarios.paper.experiment import Experiment
 
 _TEMPLATE = Path(__file__).with_name("page.html")
 MARKS = {"holds": ("good", "✓"), "fails": ("bad", "✗"), "not decided": ("open", "?")}
+"""CSS class and sign of each verdict."""
 
 
 def results_page(document: Mapping[str, Any], experiments: Sequence[Experiment], evidence: Evidence) -> str:

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from odd_recordings import ODD_RECORDINGS
-from pilegrasp_ctrl.analysis.motion import annotate, measure
+from pilegrasp_ctrl.analysis.motion import annotate, measure, table_force
 from pilegrasp_ctrl.analysis.push_motion import PushMotion
 from pilegrasp_ctrl.episode import run
-from pilegrasp_ctrl.recording import Body, Shape
+from pilegrasp_ctrl.recording import Body, Recording, Shape
 from pushed_pile import (
     BEGIN,
     END,
@@ -130,3 +130,27 @@ def test_a_real_attempt_shows_the_pattern(attempt):
     assert 0.0 < found["approach_speed"] < found["hand_speed"] * 1.5
     assert found["separated"] is not None
     assert push.start < found["separated"]["time"] <= push.end
+
+
+def pressed(vertical, outcomes):
+    """Return a recording of a vertical force, sampled at 10 Hz."""
+    return Recording(
+        meta={"outcomes": outcomes},
+        bodies=(Body("table", "support", (Shape("plane", (1.0, 1.0)),)),),
+        frame_time=[0.0],
+        body_position=[[[0.0, 0.0, 0.0]]],
+        body_quaternion=[[[1.0, 0.0, 0.0, 0.0]]],
+        signal_time=[0.1 * k for k in range(len(vertical))],
+        signals={"wrench": [[0.0, 0.0, force, 0.0, 0.0, 0.0] for force in vertical]},
+    )
+
+
+def test_the_force_of_the_table_is_relative_to_the_force_in_the_air():
+    outcomes = [{"name": "approach", "start": 0.0, "end": 0.45}, {"name": "push", "start": 0.45, "end": 0.75}]
+    found = table_force(pressed([0.5, 0.5, 0.5, 0.5, 2.5, 4.5, 8.5, 6.5, 0.5], outcomes))
+    assert found == pytest.approx({"mean": 6.0, "peak": 8.0})
+
+
+def test_without_a_push_there_is_no_force_of_the_table():
+    outcomes = [{"name": "approach", "start": 0.0, "end": 0.45}]
+    assert table_force(pressed([0.5] * 9, outcomes)) is None
