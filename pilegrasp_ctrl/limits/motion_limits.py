@@ -66,7 +66,7 @@ class VelocityLimit:
         self.speed = (1.0 - margin) * arm.velocity_limit
 
     def __repr__(self) -> str:
-        return f"VelocityLimit(speed={self.speed.tolist()}, horizon={self.horizon:g})"
+        return f"VelocityLimit(speed={np.round(self.speed, 4).tolist()}, horizon={self.horizon:g})"
 
     def bounds(self) -> AffineBounds:
         """Return the bounds as a function of the state."""
@@ -121,7 +121,7 @@ class PositionLimit:
         self._lower, self._upper = arm.q_lower + kept, arm.q_upper - kept
 
     def __repr__(self) -> str:
-        return f"PositionLimit(gain={self.gain.tolist()}, horizon={self.horizon:g})"
+        return f"PositionLimit(gain={np.round(self.gain, 4).tolist()}, horizon={self.horizon:g})"
 
     def bounds(self) -> AffineBounds:
         """Return the bounds as a function of the state."""

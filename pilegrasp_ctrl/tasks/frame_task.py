@@ -63,7 +63,7 @@ class FrameTask:
         self._column = None if (self.sqrt_weight == 1.0).all() else self.sqrt_weight[:, None]
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}(weight={(self.sqrt_weight**2).tolist()})"
+        return f"{type(self).__name__}(weight={np.round(self.sqrt_weight**2, 9).tolist()})"
 
     def write(self, objective: Objective, state: ArmState, acceleration: Array) -> None:
         """Fill this task's six rows of `objective` for the wanted tool `acceleration` (6,) [m/s², rad/s²]."""
