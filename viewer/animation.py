@@ -1,4 +1,4 @@
-"""Motion as few keys: tracks for three.js's animation mixer, thinned so that no pose is off by more than a bound."""
+"""Motion as few keys: tracks for three.js's animation mixer, thinned so that no pose errs by more than a bound."""
 
 from __future__ import annotations
 
@@ -11,29 +11,34 @@ import umsgpack
 from numpy.typing import NDArray
 
 POSITION_TOLERANCE = 2e-4
+"""Largest error of a drawn position [m]; chosen: a fifth of a millimetre cannot be seen."""
+
 ROTATION_TOLERANCE = np.deg2rad(0.5)
+"""Largest error of a drawn orientation [rad]; chosen."""
 
 GRAIN = 2.0**-15
-"""Values are rounded to multiples of this, which compress to half their size [m, 1]."""
+"""Unit to whose multiples values are rounded [m, 1]; rounded values compress to half their size."""
 
-_ROUNDING = 0.5 * np.sqrt(3.0) * GRAIN
-_TURNING = 2.0 * GRAIN
-"""What rounding adds to the error of a position [m] and of an orientation [rad]: half a grain in each number."""
+POSITION_ROUNDING = 0.5 * np.sqrt(3.0) * GRAIN
+"""Error that rounding adds to a position [m]: half a grain in each of three numbers."""
 
-# meshcat's decoder turns this MessagePack extension into a Float32Array (meshcat.geometry.threejs_type).
-_FLOAT32 = 0x17
+ROTATION_ROUNDING = 2.0 * GRAIN
+"""Error that rounding adds to an orientation [rad]: half a grain in each of four numbers, at twice the half-angle."""
+
+FLOAT32_ARRAY = 0x17
+"""MessagePack extension that meshcat's decoder turns into a Float32Array (meshcat.geometry.threejs_type)."""
 
 Array = NDArray[np.float32]
 
 
 def packed(array: NDArray[Any]) -> umsgpack.Ext:
     """Return the array as the little-endian float32 block that meshcat's viewer decodes."""
-    return umsgpack.Ext(_FLOAT32, np.ascontiguousarray(array, dtype="<f4").tobytes())
+    return umsgpack.Ext(FLOAT32_ARRAY, np.ascontiguousarray(array, dtype="<f4").tobytes())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:
-    """Keys of one property of a scene node: `times` (K,) [s], `values` (K, n); three.js interpolates between them."""
+    """Keys of one property of a scene node: `times` (K,) [s] and `values` (K, n), which three.js interpolates."""
 
     property: str
     kind: str
@@ -72,15 +77,16 @@ def slerp(start: NDArray[Any], end: NDArray[Any], fraction: NDArray[Any]) -> NDA
 
 
 def angle_between(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the angles [rad] between unit quaternions (..., 4); exact near zero, where an arc cosine is not."""
+    """Return the angles [rad] between unit quaternions (..., 4); exact near zero, unlike an arc cosine."""
     chord = np.minimum(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
     return 4.0 * np.arcsin(np.minimum(chord / 2.0, 1.0))
 
 
 def thin(count: int, error: Callable[[int, int], NDArray[np.float64]], tolerance: float) -> NDArray[np.intp]:
-    """Return the indices that stay of `count`, given the errors between two of them.
+    """Return the indices of `count` points that must stay, given the errors of the line between any two of them.
 
-    Ramer-Douglas-Peucker: split where the interpolation errs most, until every segment holds the tolerance.
+    This is the algorithm of Ramer, Douglas and Peucker: it splits a segment at its largest error, until every segment
+    holds the tolerance.
     """
     kept = {0, count - 1}
     segments = [(0, count - 1)]
@@ -103,7 +109,7 @@ def _fraction(t: NDArray[np.float64], first: int, last: int) -> NDArray[np.float
 
 
 def vector_track(name: str, times: Array, values: Array, tolerance: float) -> Track | None:
-    """Return a thinned track of vectors (F, 3), or None where they never leave the first by more than the tolerance.
+    """Return a thinned track of vectors (F, 3), or None if they never leave the first by more than the tolerance.
 
     At every time of `times` the linear interpolation is within `tolerance` (Euclidean) of the value.
     """
@@ -120,7 +126,7 @@ def vector_track(name: str, times: Array, values: Array, tolerance: float) -> Tr
 
 
 def rotation_track(times: Array, quaternions: Array, tolerance: float) -> Track | None:
-    """Return a thinned track of wxyz quaternions (F, 4), or None where they stay within `tolerance` [rad] of the first.
+    """Return a thinned track of wxyz quaternions (F, 4), or None if they stay within `tolerance` [rad] of the first.
 
     The track's values are in three.js's order, xyzw.
     """
@@ -140,12 +146,12 @@ def rotation_track(times: Array, quaternions: Array, tolerance: float) -> Track 
 def pose_tracks(times: Array, position: Array, quaternion: Array, reach: float) -> list[Track]:
     """Return the tracks of a body's motion, none for a body at rest.
 
-    `reach` [m] is how far the body's shapes extend from its frame: a long link gets a tighter angle than 0.5°, so that
-    its far end stays within twice the position tolerance of where it was.
+    `reach` [m] is the distance that the body's shapes extend from its frame. A long link gets a tighter angle than
+    0.5°, so that its far end errs by at most twice the position tolerance.
     """
     angle = min(ROTATION_TOLERANCE, 2.0 * POSITION_TOLERANCE / max(reach, 1e-9))
     tracks = (
-        vector_track("position", times, position, POSITION_TOLERANCE - _ROUNDING),
-        rotation_track(times, quaternion, max(angle - _TURNING, 0.1 * angle)),
+        vector_track("position", times, position, POSITION_TOLERANCE - POSITION_ROUNDING),
+        rotation_track(times, quaternion, max(angle - ROTATION_ROUNDING, 0.1 * angle)),
     )
     return [track for track in tracks if track is not None]

@@ -22,8 +22,8 @@ ON_A_MAC = "/Applications/{0}.app/Contents/MacOS/{0}"
 
 FLAGS = (
     "--headless=new",
-    # Root and most containers have no sandbox. What is opened is a page of this program, whose policy admits no other
-    # script, and the tab is offline.
+    # Root and most containers have no sandbox. The browser opens only pages of this program, whose policy admits no
+    # other script, and the tab is offline.
     "--no-sandbox",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
@@ -54,7 +54,7 @@ def require_chromium() -> str:
     """Return the path of a browser that can draw.
 
     Raises:
-        ExportError: where there is none.
+        ExportError: There is none.
     """
     named = os.environ.get("PILEGRASP_CHROMIUM")
     if named and not shutil.which(named):
@@ -69,12 +69,15 @@ def require_chromium() -> str:
 
 
 class Chromium:
-    """One browser process and one tab, offline from the first moment; a context manager that leaves no process.
+    """One browser process with one tab, offline from the first moment; a context manager that leaves no process.
 
-    `events` holds what the browser reported since the last page was opened, in the protocol's own form.
+    Attributes:
+        executable: Path of the browser.
+        timeout: Longest time to wait for an answer [s].
+        events: Reports of the browser since the last page was opened, in the protocol's form.
 
     Raises:
-        ExportError: where the program cannot be started, ends, or does not answer for `timeout` [s].
+        ExportError: The program cannot be started, ends, or does not answer for `timeout` [s].
     """
 
     def __init__(self, executable: str, *flags: str, timeout: float = 60.0) -> None:
@@ -85,7 +88,7 @@ class Chromium:
         to_browser, self._out = os.pipe()
         self._in, from_browser = os.pipe()
         command = [executable, *FLAGS, *flags, f"--user-data-dir={self._profile.name}", "about:blank"]
-        # Clear of 3 and 4, so that moving one end there cannot close the other.
+        # They keep clear of 3 and 4, so that moving one end there cannot close the other.
         ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (to_browser, from_browser)]
         self._process = subprocess.Popen(
             [sys.executable, "-I", "-S", "-c", LAUNCH, *map(str, ends), *command],
@@ -158,14 +161,14 @@ class Chromium:
             while content:
                 content = content[os.write(self._out, content) :]
         except BrokenPipeError:
-            # What a program that has ended still said comes first; its silence is explained there too.
+            # `_receive` reads what the program said before it ended, and explains its silence.
             pass
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """Send one command of the protocol and return its result; events that arrive meanwhile are kept.
+        """Send one command of the protocol and return its result; keep the events that arrive meanwhile.
 
         Raises:
-            ExportError: where the browser refuses the command, ends, or does not answer.
+            ExportError: The browser refuses the command, ends, or does not answer.
         """
         self._count += 1
         message: dict[str, Any] = {"id": self._count, "method": method, "params": parameters}
@@ -186,7 +189,7 @@ class Chromium:
         """Return the JSON value of an expression in the page; a promise is awaited.
 
         Raises:
-            ExportError: where the expression throws.
+            ExportError: The expression throws.
         """
         answer = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
         if "exceptionDetails" in answer:
@@ -217,7 +220,7 @@ class Chromium:
         """Return when the expression is true in the page.
 
         Raises:
-            ExportError: where it stays false for the browser's time limit.
+            ExportError: The expression stays false for `timeout`.
         """
         limit = time.monotonic() + self.timeout
         while not self.evaluate(condition):

@@ -18,8 +18,9 @@ from pilegrasp_ctrl.viewer.overlays import tool_paths, wrist_wrench
 from pilegrasp_ctrl.viewer.shapes import body_object, column_major, object_colors
 
 FOLDERS = {"arm": "Arm", "hand": "Hand", "object": "Objects", "support": "Support", "sensor": "Sensor"}
+"""Folder of the scene tree for each role of a body."""
 
-_STAGE = (
+SCENE_PROPERTIES = (
     ("/Grid", "visible", False),
     ("/Axes", "visible", False),
     ("/Background", "visible", False),
@@ -34,31 +35,34 @@ _STAGE = (
     ("/Lights/SpotLight/<object>", "penumbra", 1.0),
     ("/Cameras/default/rotated/<object>", "fov", 35.0),
 )
+"""Path, property and value of what meshcat's scene has otherwise: no grid, axes or background, other lights."""
 
 
 def node_path(index: int, body: Body) -> str:
-    """Return the body's place in the scene tree; the index keeps names apart that differ in odd characters only.
+    """Return the body's path in the scene tree.
 
-    It also keeps a name such as `__proto__` from reaching a JavaScript object as a key.
+    The index tells names apart that differ in odd characters only, and keeps a name such as `__proto__` from reaching
+    a JavaScript object as a key.
     """
     return f"/{FOLDERS[body.role]}/{index:02d} {re.sub(r'[^A-Za-z0-9_-]', '_', body.name)[:40]}"
 
 
 def reach(body: Body) -> float:
-    """Return how far the body's shapes extend from its frame [m]."""
+    """Return the largest distance of the body's shapes from its frame [m]."""
     return max((float(np.linalg.norm(s.position) + np.linalg.norm(s.half_extents())) for s in body.shapes), default=0.0)
 
 
 def commands(recording: Recording) -> list[dict[str, Any]]:
-    """Return meshcat's commands, in order: stage, bodies with their first pose, overlays, one animation.
+    """Return meshcat's commands, in order: lights, bodies with their first pose, overlays, one animation.
 
-    The animation's clock starts at zero with the first frame, and does not start by itself.
+    The animation's clock is zero at the first frame; it does not run by itself.
     """
     times = (recording.frame_time - recording.frame_time[0]).astype(np.float32)
     duration = float(times[-1])
     colors = object_colors(recording)
     stream: list[dict[str, Any]] = [
-        {"type": "set_property", "path": path, "property": name, "value": value} for path, name, value in _STAGE
+        {"type": "set_property", "path": path, "property": name, "value": value}
+        for path, name, value in SCENE_PROPERTIES
     ]
     clips = []
     for index, body in enumerate(recording.bodies):

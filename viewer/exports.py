@@ -1,4 +1,4 @@
-"""A recording as page, picture or movie; the name of the file says which."""
+"""Writing a recording as page, picture or movie; the name of the file decides."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from pilegrasp_ctrl.viewer.stills import Progress
 
 
 def require_programs(path: str | os.PathLike[str]) -> None:
-    """Find out whether the programs that such a file needs are installed, before work is put into what it shows.
+    """Check that the programs that such a file needs are installed, before the work on its content.
 
     Raises:
-        ExportError: where one is missing.
+        ExportError: A program is missing.
     """
     suffix = Path(path).suffix
     if suffix != ".html":
@@ -39,15 +39,15 @@ def write(
     """Write a recording to a file: page (.html), contact sheet (.png) or movie (.gif, .mp4), all of it or nothing.
 
     Args:
-        recording: what to show.
-        path: of the file; what it holds afterwards follows from its suffix.
-        beside: a second recording that the page shows beside the first, on the same clock.
-        speed: of a movie, in times real time.
-        progress: called with the number of pictures that are done and the number of all.
+        recording: Recording to show.
+        path: Path of the file; its suffix decides what the file holds.
+        beside: Second recording that the page shows beside the first, on the same clock.
+        speed: Speed of a movie, in times real time.
+        progress: Function that is called with the number of finished pictures and the number of all.
 
     Raises:
-        ExportError: where the suffix is another or does not go with `beside`, a program that the file needs is missing,
-            or the place cannot be written.
+        ExportError: The suffix is another or does not go with `beside`, a program that the file needs is missing, or
+            the place cannot be written.
     """
     suffix = Path(path).suffix
     if beside is not None and suffix != ".html":

@@ -1,4 +1,4 @@
-"""The page: meshcat's own viewer, the packed scene, the strips and the verdict in one file without a server."""
+"""The page: meshcat's viewer, the packed scene, the timeline and the verdict in one file without a server."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from pilegrasp_ctrl.viewer.overlays import contact_block
 from pilegrasp_ctrl.viewer.panel import panel_data, panel_html
 from pilegrasp_ctrl.viewer.summary import Summary, summarize
 
-MOST_FRAMES = 50_000
-"""28 minutes at 30 Hz; the browser would not open what is much longer."""
+MAX_FRAMES = 50_000
+"""Largest number of frames in a page: 28 minutes at 30 Hz. A browser would not open a much longer one."""
 
 _HERE = Path(__file__).parent
 
 
 def viewer_script() -> str:
-    """Return meshcat's viewer with its licences; it is read from the installed package, which is not imported.
+    """Return meshcat's viewer with its licences, read from the installed package without importing it.
 
     Raises:
-        ExportError: where meshcat is not installed or carries no viewer.
+        ExportError: Meshcat is not installed or carries no viewer.
     """
     spec = importlib.util.find_spec("meshcat")
     if spec is None or spec.origin is None:
@@ -55,12 +55,12 @@ def own_script(*names: str) -> str:
 
 
 def _json(value: Any) -> str:
-    """Return JSON that cannot end the script element it stands in."""
+    """Return JSON that cannot end its script element."""
     return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
 def _block(name: str, content: bytes) -> str:
-    """Return bytes, compressed, as an element that is no program."""
+    """Return compressed bytes as a script element that no browser runs."""
     encoded = base64.b64encode(zlib.compress(content, 9)).decode()
     return f'<script type="application/octet-stream" class="{name}">{encoded}</script>'
 
@@ -68,17 +68,17 @@ def _block(name: str, content: bytes) -> str:
 def page(recording: Recording, beside: Recording | None = None) -> str:
     """Return the recording as one HTML document that loads nothing from anywhere.
 
-    A second recording stands beside the first, on the same clock. Equal recordings give equal pages. The document's own
-    policy forbids every request and every script but its two.
+    A second recording is shown beside the first, on the same clock. A recording without a motion pattern is measured
+    first. Equal recordings give equal pages. The document's policy forbids every request and every script but its two.
 
     Raises:
-        ExportError: where meshcat's viewer is missing or a recording is too long for a page.
+        ExportError: Meshcat's viewer is missing, or a recording is too long for a page.
     """
     given = (recording,) if beside is None else (recording, beside)
     for shown in given:
-        if shown.frame_time.size > MOST_FRAMES:
+        if shown.frame_time.size > MAX_FRAMES:
             raise ExportError(
-                f"the recording holds {shown.frame_time.size} frames, and a page plays {MOST_FRAMES} at most; "
+                f"the recording holds {shown.frame_time.size} frames, and a page plays {MAX_FRAMES} at most; "
                 "record an attempt that is shorter"
             )
     recordings = tuple(map(with_motion, given))
@@ -122,7 +122,7 @@ def write_html(recording: Recording, path: str | os.PathLike[str], beside: Recor
     """Write `page(recording, beside)` to a file, all of it or nothing.
 
     Raises:
-        ExportError: where the place cannot be written, meshcat's viewer is missing or a recording is too long.
+        ExportError: The place cannot be written, meshcat's viewer is missing, or a recording is too long.
     """
     content = page(recording, beside).encode("utf-8", errors="replace")
     try:

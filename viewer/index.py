@@ -1,4 +1,4 @@
-"""The page of a study: success by condition, and every attempt with the way to its recording, failures first."""
+"""The page of a study: success by condition, and every attempt with a link to its recording, failures first."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _HERE = Path(__file__).parent
 
 @dataclass(frozen=True, slots=True)
 class Links:
-    """Where a study's pages lie, relative to its own page; attempts are named by their `stem`.
+    """Paths of a study's pages, relative to the page of the study, by the `stem` of the attempt.
 
     Attributes:
-        pages: of recorded attempts.
-        pictures: JPEG bytes of their last moments.
-        pairs: of conditions, by config hash: a success beside a failure.
+        pages: Pages of the recorded attempts.
+        pictures: Pictures of their last moments, as bytes of a JPEG.
+        pairs: Pages that show a success beside a failure, by config hash of the condition.
     """
 
     pages: Mapping[str, str] = field(default_factory=dict)
@@ -83,7 +83,7 @@ def index_page(title: str, rows: Sequence[AttemptRow], links: Links | None = Non
     for row in rows:
         groups.setdefault(row.config_hash, []).append(row)
     number = {config_hash: index for index, config_hash in enumerate(groups)}
-    # Errors, then failures; among equals, those with a recording first.
+    # Errors come before failures; among equals, those with a recording come first.
     rank = {None: 0, False: 1, True: 2}
     ordered = sorted(rows, key=lambda r: (rank[r.success], r.stem not in links.pages, number[r.config_hash], r.seed))
     script = (_HERE / "index.js").read_text(encoding="utf-8")

@@ -21,14 +21,14 @@ class AttemptRow:
     """One attempt of a study.
 
     Attributes:
-        config_hash: of its scenario.
-        seed: of pile and noise.
-        condition: label and value of what tells its condition from the others.
-        success: None where the attempt raised or its result cannot be read.
-        grasped: number of objects held.
-        triggered: whether the push ended by F_grasp.
-        words: why it ended, or the error.
-        duration: simulated time [s], where known.
+        config_hash: Hash of its scenario.
+        seed: Seed of pile and noise.
+        condition: Label and value of each key that tells its condition from the others.
+        success: Whether it succeeded; None if it raised an error or its result cannot be read.
+        grasped: Number of objects held.
+        triggered: Whether the push ended by F_grasp.
+        words: Reason of its end, or the error.
+        duration: Simulated time [s], if known.
     """
 
     config_hash: str
@@ -50,7 +50,7 @@ def read_attempts(folder: Path) -> list[AttemptRow]:
     """Return the attempts of `folder/study.db`, as they stand there.
 
     Raises:
-        ExportError: where there is no such file, it is no study, or it is damaged.
+        ExportError: There is no such file, it is no study, or it is damaged.
     """
     file = folder / STUDY
     if not file.is_file():
@@ -71,7 +71,7 @@ def read_scenario(folder: Path, config_hash: str) -> Mapping[str, Any]:
     """Return the complete scenario of a condition, as it was written down.
 
     Raises:
-        ExportError: where the study keeps none.
+        ExportError: The study keeps none.
     """
     file = folder / STUDY
     try:

@@ -13,11 +13,14 @@ from numpy.typing import NDArray
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.animation import thin
 
-# Curves are drawn in a box of this many units, stretched to the page; strokes keep their width.
 WIDTH, HEIGHT = 1000.0, 100.0
-_BINS = 250
-_FLAT = 0.004
-"""Samples that the curve without them misses by less than this share of the lane's height are left out."""
+"""Units of the box in which curves are drawn; it is stretched to the page, and strokes keep their width."""
+
+BINS = 250
+"""Number of bins of a thinned curve, each with its smallest and its largest sample; chosen."""
+
+FLAT_SHARE = 0.004
+"""Share of the lane's height by which a thinned curve may miss a sample; chosen: a pixel is about a hundredth."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,7 +34,7 @@ class Curve:
 
 
 def scalar_signal(recording: Recording, name: str) -> NDArray[np.float64] | None:
-    """Return a signal (S,); None where it is absent, empty or has columns."""
+    """Return a signal (S,); None if it is absent, empty or has columns."""
     signal = recording.signals.get(name)
     return signal.astype(np.float64) if signal is not None and signal.size and signal.ndim == 1 else None
 
@@ -50,12 +53,12 @@ def nice_ticks(low: float, high: float, count: int) -> list[float]:
 def thinned(
     time: NDArray[np.float64], value: NDArray[np.float64], tolerance: float = 0.0
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return at most 2 x 250 samples: the smallest and the largest of each bin, so that no peak is lost.
+    """Return at most 2 x `BINS` samples: the smallest and the largest of each bin, so that no peak is lost.
 
-    Of these, samples that lie within `tolerance` of the line between those that stay are left out.
+    Samples within `tolerance` of the line between the others are left out.
     """
-    if len(time) > 2 * _BINS:
-        edges = np.linspace(0, len(time), _BINS + 1).astype(int)
+    if len(time) > 2 * BINS:
+        edges = np.linspace(0, len(time), BINS + 1).astype(int)
         kept = sorted(
             {first + int(pick(value[first:last])) for first, last in pairwise(edges) for pick in (np.argmin, np.argmax)}
             | {0, len(time) - 1}
@@ -91,7 +94,7 @@ class Axes:
 
     def polyline(self, curve: Curve) -> str:
         """Return the curve as an SVG element."""
-        time, value = thinned(curve.time, curve.value, _FLAT * (self.high - self.low))
+        time, value = thinned(curve.time, curve.value, FLAT_SHARE * (self.high - self.low))
         x = np.clip((time - self.start) / (self.end - self.start), 0.0, 1.0) * WIDTH
         y = (1.0 - np.clip((value - self.low) / (self.high - self.low), 0.0, 1.0)) * HEIGHT
         points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
@@ -103,13 +106,13 @@ class Lane:
     """Curves of one unit.
 
     Attributes:
-        title: what the lane shows.
-        unit: of its values.
-        curves: from back to front.
-        height: on the page [px].
-        threshold: text and value of a line across the lane.
-        least: the lane reaches up to this at least.
-        fixed: lowest and highest value, where they do not follow from the curves.
+        title: Name of what the lane shows.
+        unit: Unit of its values.
+        curves: Curves from front to back.
+        height: Height on the page [px].
+        threshold: Text and value of a line across the lane.
+        least: Least upper end of the lane.
+        fixed: Lowest and highest value, if they do not follow from the curves.
     """
 
     title: str
@@ -130,7 +133,7 @@ class Lane:
         return Axes(start, end, *self._roomy(low, high if high > low else low + 1.0))
 
     def _roomy(self, low: float, high: float) -> tuple[float, float]:
-        """Return bounds that leave four pixels below and eight above, so that the numbers of two lanes keep apart."""
+        """Return bounds with four pixels below and eight above, so that the numbers of two lanes keep apart."""
         pixel = (high - low) / (self.height - 12)
         return low - 4.0 * pixel, high + 8.0 * pixel
 
@@ -149,7 +152,7 @@ class Lane:
                 f' y2="{(1.0 - up) * HEIGHT:.1f}"/>'
             )
             labels += f'<span class="limit" style="bottom:{100 * up:.2f}%">{escape(self.threshold[0])}</span>'
-        # In front lies what was named first.
+        # The first curve is drawn last and lies in front.
         svg += "".join(axes.polyline(curve) for curve in reversed(self.curves))
         return (
             f'<div class="lane" style="height:{self.height}px"><svg viewBox="0 0 {WIDTH:g} {HEIGHT:g}"'

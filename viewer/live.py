@@ -1,6 +1,6 @@
-"""An attempt in the browser while it runs: a small server on this machine's loopback interface, and nowhere else.
+"""The live view: an attempt in the browser while it runs, from a small server on this machine's loopback interface.
 
-meshcat's own server answers on every interface of the machine, so its viewer is served from here instead.
+The server of meshcat answers on every interface of the machine, so its viewer is served from here instead.
 """
 
 from __future__ import annotations
@@ -34,28 +34,28 @@ from pilegrasp_ctrl.viewer.shapes import column_major, tubes
 LOOPBACK = "127.0.0.1"
 
 PORTS = (*range(7000, 7020), 0)
-"""Tried in this order; meshcat's usual port comes first, so that a tunnel to it can be set up once. 0 is any."""
+"""Ports that are tried, in this order; 0 is any. Meshcat's usual port comes first, so that a tunnel can be kept."""
 
 PATIENCE = 20.0
-"""So long the attempt waits for somebody to open the page [s]."""
+"""Time that the attempt waits for somebody to open the page [s]; chosen."""
 
-ROOM = np.array([0.1, 0.1, 0.05])
-"""By so much the picture's box goes beyond hand and objects as they are at the start, to each side [m]."""
+BOX_MARGIN = np.array([0.1, 0.1, 0.05])
+"""Margin of the framed box around hand and objects as they are at the start [m]; they will move."""
 
 _HERE = Path(__file__).parent
 
 
 class LiveView:
-    """Serves one attempt to any number of browsers on this machine; a context manager that leaves nothing running.
+    """The server of one attempt for any number of browsers on this machine; a context manager.
 
-    Its method `show` is what `episode.run(on_frame=...)` calls. It holds the simulation back to real time, starts when
-    the first page is open or `patience` [s] have passed since the view was made, and takes nothing but time from it.
+    `episode.run(on_frame=view.show)` shows the attempt. The view holds the simulation back to real time and changes
+    nothing else. It starts when the first page is open, or `patience` [s] after the view was made.
 
     Attributes:
-        url: of the page.
+        url: Address of the page.
 
     Raises:
-        ExportError: where no port is free or meshcat's viewer is missing.
+        ExportError: No port is free, or meshcat's viewer is missing.
     """
 
     def __init__(self, title: str, patience: float = PATIENCE) -> None:
@@ -72,7 +72,7 @@ class LiveView:
         self.url = f"http://{LOOPBACK}:{sockets[0].getsockname()[1]}/"
         self._loop = asyncio.new_event_loop()
         started: Future[HTTPServer] = Future()
-        # It shares the process, so no end of this program, however violent, leaves a server behind.
+        # The thread ends with the process, so even a killed program leaves no server behind.
         self._thread = threading.Thread(target=self._serve, args=(sockets, files, started), daemon=True)
         self._thread.start()
         self._server = started.result()
@@ -108,7 +108,7 @@ class LiveView:
     ) -> None:
         """Show a frame at its time: sleep until the wall clock has come as far as the simulation, `moment` [s].
 
-        Where the simulation is the slower one, it is shown as it comes; it does not catch up afterwards.
+        A simulation that is slower than real time is shown as it comes; it does not catch up afterwards.
         """
         if not self._paths:
             self._open(moment, bodies, position, quaternion)
@@ -129,12 +129,14 @@ class LiveView:
         position: NDArray[np.float64],
         quaternion: NDArray[np.float64],
     ) -> None:
-        """Send the scene, and wait for somebody to see it."""
+        """Send the scene, and wait until a page is open."""
         places, turns = (array[None].astype(np.float32) for array in (position, quaternion))
         still = Recording({}, bodies, np.array([moment]), places, turns, np.array([]), {})
         box = view(still)
-        # Where hand and objects will go is not known yet.
-        box["low"], box["high"] = [np.add(box[key], side * ROOM).tolist() for key, side in (("low", -1), ("high", 1))]
+        # The motion to come is not known yet.
+        box["low"], box["high"] = [
+            np.add(box[key], side * BOX_MARGIN).tolist() for key, side in (("low", -1), ("high", 1))
+        ]
         self._paths = [node_path(index, body) for index, body in enumerate(bodies)]
         self._tell(self._audience.scene, pack(commands(still)), _text(view=box, tubes=tubes(still, self._paths)))
         self._audience.present.wait(max(0.0, self._deadline - time.monotonic()))
@@ -148,7 +150,7 @@ class LiveView:
         self._loop.call_soon_threadsafe(method, *messages)
 
     def close(self) -> None:
-        """Say goodbye to the pages and stop the server; the pages keep the last frame."""
+        """Close the pages' connections and stop the server; the pages keep the last frame."""
         if self._thread.is_alive():
 
             async def stop() -> None:

@@ -1,4 +1,4 @@
-"""What the live view's server answers, and whom it tells what; everything here runs in the server's own thread."""
+"""The live view's server: its answers, and the messages to its pages. All of this runs in the server's thread."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ POLICY = (
 )
 
 FAREWELL = 2.0
-"""A page that does not take its last messages for so long [s] is left."""
+"""Longest time to wait for a page to take its last messages [s]; chosen."""
 
 
 class Audience:
-    """The open pages, and what a page that comes late must be told first.
+    """The open pages, and the messages that a page must get first if it opens late.
 
     Attributes:
-        present: set once a page was open.
+        present: Event that is set once a page has been open.
     """
 
     def __init__(self) -> None:
@@ -36,7 +36,7 @@ class Audience:
         self._pending: dict[WebSocketHandler, asyncio.Future[None] | None] = {}
 
     def enter(self, page: WebSocketHandler) -> None:
-        """Tell a new page all it missed."""
+        """Send a new page all that it missed."""
         self._pending[page] = None
         self._send(page, *self._scene, *self._frame, *self._verdict)
         self.present.set()
@@ -46,20 +46,20 @@ class Audience:
         self._pending.pop(page, None)
 
     def scene(self, *messages: bytes | str) -> None:
-        """Tell every page what there is to see."""
+        """Send every page the scene."""
         self._scene = messages
         for page in list(self._pending):
             self._send(page, *messages)
 
     def frame(self, *messages: bytes | str) -> None:
-        """Tell every page where everything is; a page that has not yet taken the frame before is spared this one."""
+        """Send every page a frame; skip a page that has not yet taken the last one."""
         self._frame = messages
         for page, pending in list(self._pending.items()):
             if pending is None or pending.done():
                 self._send(page, *messages)
 
     def verdict(self, *messages: bytes | str) -> None:
-        """Tell every page how it ended, with the last frame, which a slow page may have been spared."""
+        """Send every page the end of the attempt, and the last frame, which a slow page may have missed."""
         self._verdict = messages
         for page in list(self._pending):
             self._send(page, *self._frame, *messages)
@@ -84,16 +84,16 @@ class Audience:
 
 
 async def _quietly(written: Any) -> None:
-    """Wait until a message is out; a page that closed meanwhile is no error."""
+    """Wait until a message is sent; a page that closed meanwhile is no error."""
     with contextlib.suppress(WebSocketClosedError):
         await written
 
 
 class FileHandler(RequestHandler):
-    """Answers with one of the view's few files, which are in memory."""
+    """Answers with one of the view's files, which are in memory."""
 
     def initialize(self, kind: str, content: str) -> None:
-        """Take what the application's table says."""
+        """Take the arguments from the application's table."""
         self._kind, self._content = kind, content
 
     def get(self) -> None:
@@ -106,34 +106,34 @@ class FileHandler(RequestHandler):
 
 
 class FramesHandler(WebSocketHandler):
-    """The connection of one page; tornado refuses one that a page of another origin asks for."""
+    """The connection of one page; tornado refuses a page of another origin."""
 
     def initialize(self, audience: Audience) -> None:
-        """Take what the application's table says."""
+        """Take the arguments from the application's table."""
         self._audience = audience
 
     def open(self, *_: str) -> None:
-        """Let the page in."""
+        """Add the page to the audience."""
         self._audience.enter(self)
 
     def on_message(self, message: str | bytes) -> None:
-        """Ignore it: a page has nothing to say."""
+        """Ignore the message: pages only listen."""
 
     def on_close(self) -> None:
-        """Let the page go."""
+        """Remove the page from the audience."""
         self._audience.leave(self)
 
 
 def application(address: str, files: Mapping[str, tuple[str, str]], audience: Audience) -> Application:
     """Return the answers to requests for `address` or localhost; every other name gets 404.
 
-    A page elsewhere whose name has been made to lead here, which is how a browser is turned against a local server,
-    thus gets nothing.
+    A page elsewhere can have its name resolve to this machine, to turn a browser against a local server. It gets
+    nothing.
 
     Args:
-        address: on which the server listens.
-        files: path to (content type, content).
-        audience: whom to tell of new pages.
+        address: Address on which the server listens.
+        files: Content type and content of each file, by path.
+        audience: Audience that new pages join.
     """
     answers = Application(log_function=lambda handler: None)
     routes: list[Any] = [

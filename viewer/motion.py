@@ -38,7 +38,7 @@ def push_frame(recording: Recording) -> dict[str, Any] | None:
         edge: Middle of the leading edge relative to the tool.
         half: Half the width of the leading edge.
         length: Distance from the leading edge to the rear of the hand.
-        funnel: Rows of distance ahead of the edge, right side and left side; one row where nothing flows in.
+        funnel: Rows of distance ahead of the edge, right side and left side; a single row if nothing flows in.
     """
     return _attempted(_push_frame, recording)
 

@@ -1,4 +1,4 @@
-"""Movies of an attempt in real time, or slower or faster: GIF by Pillow, MP4 by ffmpeg."""
+"""Movies of an attempt at any speed: GIF by Pillow, MP4 by the program ffmpeg, if it is found."""
 
 from __future__ import annotations
 
@@ -22,46 +22,55 @@ from pilegrasp_ctrl.viewer.stills import Progress, Stills
 from pilegrasp_ctrl.viewer.summary import summarize
 
 GIF_RATE = 12.5
-"""Frames per second; a GIF counts in hundredths of a second, and this is a whole number of them."""
+"""Frames per second of a GIF, whose frames last whole hundredths of a second."""
 
 GIF_SIZE = (640, 430)
+"""Width and height of a GIF [px]; chosen."""
+
 MP4_RATE = 15.0
+"""Frames per second of an MP4; chosen."""
+
 MP4_SIZE = (960, 630)
+"""Width and height of an MP4 [px]; chosen, and even, as the encoder demands."""
 
 HOLD = 1.5
-"""The last frame, which carries the verdict, stays this long [s]."""
+"""Time for which the last frame stays [s]; it carries the verdict."""
 
-MOST_FRAMES = 3000
+MAX_FRAMES = 3000
+"""Largest number of frames in a movie; chosen."""
+
 SLOWEST, FASTEST = 0.01, 100.0
+"""Range of a movie's speed, in times real time; chosen."""
 
-_SAMPLES = 6
-"""Frames from which the one palette of a GIF is taken; one palette for all, as the eye sees colours that flicker."""
+PALETTE_FRAMES = 6
+"""Number of frames from which the palette of a GIF is taken. All frames share it, because the eye sees a flicker."""
 
-_RARE = ("#d62728", "#14733b", "#b3261e")
-"""The arrow's red and the verdict's green and red cover few pixels, which a palette by frequency would lose."""
+RARE_COLORS = ("#d62728", "#14733b", "#b3261e")
+"""The arrow's red and the verdict's green and red: they cover few pixels, so a palette by frequency would lose them."""
 
-_SWATCH = 24
+SWATCH_HEIGHT = 24
+"""Height of the stripe of each rare colour in the picture from which the palette is taken [px]."""
 
 
 def frame_times(recording: Recording, fps: float, speed: float) -> tuple[float, ...]:
     """Return the moments [s] that a movie shows: from the first frame on every `speed / fps`, and the last frame.
 
     Raises:
-        ExportError: where the speed is out of range or the movie would be longer than `MOST_FRAMES`.
+        ExportError: The speed is out of range, or the movie would be longer than `MAX_FRAMES`.
     """
     if not SLOWEST <= speed <= FASTEST:
         raise ExportError(f"a speed of {speed:g} is out of range; give {SLOWEST:g} to {FASTEST:g}, 1 is real time")
     first, last = float(recording.frame_time[0]), float(recording.frame_time[-1])
     step = speed / fps
     count = int((last - first) / step + 1e-6) + 1
-    if count > MOST_FRAMES:
-        fitting = speed * count / MOST_FRAMES
+    if count > MAX_FRAMES:
+        fitting = speed * count / MAX_FRAMES
         raise ExportError(
-            f"{last - first:.0f} s at {speed:g} times real time are {count} pictures, more than {MOST_FRAMES}; "
+            f"{last - first:.0f} s at {speed:g} times real time are {count} pictures, more than {MAX_FRAMES}; "
             f"give a speed of {fitting:.2g} or more"
         )
     times = [first + k * step for k in range(count)]
-    # The end counts, however the step divides the attempt; a nearly equal moment before it would only stutter.
+    # The end is always shown; a nearly equal moment before it would only stutter.
     if count > 1 and last - times[-1] < 0.5 * step:
         times.pop()
     return (*times, last) if last > first else (first,)
@@ -85,7 +94,7 @@ def write_gif(
     """Write an animated GIF, all of it or nothing; it repeats without end.
 
     Raises:
-        ExportError: where no Chromium or no Pillow is found, the speed does not fit, or the place cannot be written.
+        ExportError: No Chromium or no Pillow is found, the speed does not fit, or the place cannot be written.
     """
     try:
         from PIL import Image
@@ -99,13 +108,13 @@ def write_gif(
         def picture(png: bytes) -> Image.Image:
             return Image.open(io.BytesIO(png)).convert("RGB")
 
-        chosen = sorted({times[k] for k in np.linspace(0, len(times) - 1, _SAMPLES).astype(int)})
-        samples = Image.new("RGB", (GIF_SIZE[0], GIF_SIZE[1] * len(chosen) + _SWATCH * len(_RARE)))
+        chosen = sorted({times[k] for k in np.linspace(0, len(times) - 1, PALETTE_FRAMES).astype(int)})
+        samples = Image.new("RGB", (GIF_SIZE[0], GIF_SIZE[1] * len(chosen) + SWATCH_HEIGHT * len(RARE_COLORS)))
         for row, time in enumerate(chosen):
             samples.paste(picture(stills.frame(time)), (0, row * GIF_SIZE[1]))
-        for row, color in enumerate(_RARE):
-            top = GIF_SIZE[1] * len(chosen) + _SWATCH * row
-            samples.paste(color, (0, top, GIF_SIZE[0], top + _SWATCH))
+        for row, color in enumerate(RARE_COLORS):
+            top = GIF_SIZE[1] * len(chosen) + SWATCH_HEIGHT * row
+            samples.paste(color, (0, top, GIF_SIZE[0], top + SWATCH_HEIGHT))
         palette = samples.quantize(256, Image.Quantize.MEDIANCUT)
         images = [
             picture(frame).quantize(palette=palette, dither=Image.Dither.NONE)
@@ -128,8 +137,8 @@ def write_mp4(
     """Write an MP4, all of it or nothing.
 
     Raises:
-        ExportError: where no Chromium or no ffmpeg is found, one of them fails, the speed does not fit, or the place
-            cannot be written.
+        ExportError: No Chromium or no ffmpeg is found, one of them fails, the speed does not fit, or the place cannot
+            be written.
     """
     executable = require_ffmpeg()
     times = frame_times(recording, MP4_RATE, speed)
@@ -149,14 +158,14 @@ def require_ffmpeg() -> str:
     """Return the path of the program: on the PATH, or the one that the Python package imageio-ffmpeg carries.
 
     Raises:
-        ExportError: where there is neither.
+        ExportError: There is neither.
     """
     found = shutil.which("ffmpeg")
     if found:
         return found
     try:
         return str(importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe())
-    # imageio-ffmpeg raises RuntimeError where its package holds no program for this machine.
+    # imageio-ffmpeg raises RuntimeError if its package holds no program for this machine.
     except (ImportError, RuntimeError):
         raise ExportError(
             "an .mp4 is encoded by ffmpeg, which was not found; install it (on Debian `apt-get install ffmpeg`), "
@@ -167,11 +176,11 @@ def require_ffmpeg() -> str:
 def encode_mp4(executable: str, pictures: Iterable[bytes], fps: float, path: Path) -> None:
     """Write PNG pictures of one even size as MP4, all of it or nothing.
 
-    Which encoder is taken is left to the program: H.264 where it was built with one. Colours are 4:2:0, as many players
-    show nothing else, and the index comes first, so that a browser plays before it has all.
+    The program chooses the encoder: H.264 if it was built with one. Colours are 4:2:0, because many players show
+    nothing else. The index comes first, so that a browser can play before it has all.
 
     Raises:
-        ExportError: where the program fails or the place cannot be written.
+        ExportError: The program fails, or the place cannot be written.
     """
     command = [executable, "-hide_banner", "-loglevel", "error", "-nostdin", "-y"]
     command += ["-f", "image2pipe", "-framerate", f"{fps:g}", "-c:v", "png", "-i", "pipe:0"]
@@ -184,7 +193,7 @@ def encode_mp4(executable: str, pictures: Iterable[bytes], fps: float, path: Pat
 
 
 def _feed(command: list[str], pictures: Iterable[bytes], complaints: IO[bytes]) -> None:
-    # An interrupt from the keyboard is this program's; it then ends ffmpeg in order.
+    # An interrupt from the keyboard reaches this program only, which then ends ffmpeg in order.
     process = subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=complaints, start_new_session=True
     )
@@ -195,7 +204,7 @@ def _feed(command: list[str], pictures: Iterable[bytes], complaints: IO[bytes]) 
                 pipe.write(picture)
             pipe.close()
         except BrokenPipeError:
-            # The program has ended; its status and its words tell why.
+            # The program has ended; its status and its words say why.
             pass
         status = process.wait()
     finally:

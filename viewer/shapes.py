@@ -43,7 +43,7 @@ def hex_color(rgba: Sequence[float]) -> int:
 
 
 def object_colors(recording: Recording) -> dict[str, int]:
-    """Return a colour for each object: the palette where all are recorded in one colour, nothing otherwise."""
+    """Return a palette colour for each object if all were recorded in one colour; otherwise nothing."""
     objects = [body for body in recording.bodies if body.role == "object"]
     if len({shape.rgba for body in objects for shape in body.shapes}) > 1:
         return {}

@@ -18,7 +18,7 @@ from pilegrasp_ctrl import cli
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.viewer import write
 from pilegrasp_ctrl.viewer.contact_sheet import MAX_TILES, USUAL_TILES, moments
-from pilegrasp_ctrl.viewer.movie import GIF_RATE, HOLD, MOST_FRAMES, frame_times
+from pilegrasp_ctrl.viewer.movie import GIF_RATE, HOLD, MAX_FRAMES, frame_times
 from pilegrasp_ctrl.viewer.stills import Stills
 from synthetic_recording import PHASES, synthetic
 
@@ -153,7 +153,7 @@ def test_a_movie_runs_from_the_first_frame_to_the_last(attempt, speed):
 
 
 def test_a_movie_that_would_not_end_is_refused():
-    with pytest.raises(ExportError, match=f"more than {MOST_FRAMES}; give a speed of 1"):
+    with pytest.raises(ExportError, match=f"more than {MAX_FRAMES}; give a speed of 1"):
         frame_times(synthetic(frames=2, duration=2500.0), 15.0, 1.0)
 
 

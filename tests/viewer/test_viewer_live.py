@@ -268,10 +268,11 @@ def test_the_server_ends_with_the_attempt(error):
 
 
 def test_an_interrupted_run_ends_at_once_and_serves_no_more():
-    command = [sys.executable, "-c", "import sys; from pilegrasp_ctrl.cli import main; sys.exit(main())"]
-    process = subprocess.Popen(
-        [*command, "run", "free_space_line", "--live"], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
+    # A process that a shell started in the background ignores interrupts, and so do the processes that it starts.
+    code = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    code += "from pilegrasp_ctrl.cli import main; sys.exit(main())"
+    command = [sys.executable, "-c", code, "run", "free_space_line", "--live"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     line = process.stderr.readline()
     number = int(re.fullmatch(r"watch at http://127\.0\.0\.1:(\d+)/ \(.*\)\n", line)[1])
     assert answers("127.0.0.1", number)

@@ -26,7 +26,7 @@ from pilegrasp_ctrl.recording_parts import Contacts
 from pilegrasp_ctrl.sim.readout import MIN_FORCE, ContactForces
 from pilegrasp_ctrl.viewer import page, write, write_html
 from pilegrasp_ctrl.viewer.commands import commands, node_path, unpack
-from pilegrasp_ctrl.viewer.html import MOST_FRAMES
+from pilegrasp_ctrl.viewer.html import MAX_FRAMES
 from pilegrasp_ctrl.viewer.motion import forward, push_frame
 from pilegrasp_ctrl.viewer.overlays import contact_block
 from pilegrasp_ctrl.viewer.shapes import fingers, tubes
@@ -286,7 +286,7 @@ def test_the_command_finds_out_which_object_separated(attempt, tmp_path, config)
 
 
 def test_a_recording_too_long_for_a_page_is_refused():
-    frames = MOST_FRAMES + 1
+    frames = MAX_FRAMES + 1
     long = Recording(
         {},
         (Body("ball", "object", (Shape("sphere", (0.03,)),)),),
@@ -296,7 +296,7 @@ def test_a_recording_too_long_for_a_page_is_refused():
         [],
         {},
     )
-    with pytest.raises(ExportError, match=f"holds {frames} frames, and a page plays {MOST_FRAMES} at most"):
+    with pytest.raises(ExportError, match=f"holds {frames} frames, and a page plays {MAX_FRAMES} at most"):
         page(long)
 
 
