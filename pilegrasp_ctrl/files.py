@@ -14,6 +14,10 @@ from .exceptions import ConfigurationError, ExportError, PilegraspError
 
 VIEWS = (".html", ".png", ".gif", ".mp4")
 """Suffixes of what shows a recording: page, contact sheet, movies."""
+STUDY_FILE = "study.db"
+"""Name of the store in the folder of a study."""
+RECORDINGS = "recordings"
+"""Name of the folder of recordings beside the store of a study."""
 
 
 def read_toml(path: Path, what: str = "", error: type[PilegraspError] = ConfigurationError) -> dict[str, Any]:

@@ -11,9 +11,7 @@ from typing import Any
 
 from pilegrasp_ctrl.analysis.reading import lookup, number, plain, text
 from pilegrasp_ctrl.exceptions import ExportError
-
-STUDY = "study.db"
-RECORDINGS = "recordings"
+from pilegrasp_ctrl.files import STUDY_FILE
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +50,7 @@ def read_attempts(folder: Path) -> list[AttemptRow]:
     Raises:
         ExportError: There is no such file, it is no study, or it is damaged.
     """
-    file = folder / STUDY
+    file = folder / STUDY_FILE
     if not file.is_file():
         raise ExportError(f"{file}: no such study; `pilegrasp sweep ... --out {folder}` makes one")
     try:
@@ -73,7 +71,7 @@ def read_scenario(folder: Path, config_hash: str) -> Mapping[str, Any]:
     Raises:
         ExportError: The study keeps none.
     """
-    file = folder / STUDY
+    file = folder / STUDY_FILE
     try:
         connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
         try:

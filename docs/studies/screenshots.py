@@ -6,6 +6,7 @@ Usage: python docs/studies/screenshots.py STUDY FOLDER, after `pilegrasp report 
 import base64
 from pathlib import Path
 
+from pilegrasp_ctrl.files import RECORDINGS
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer import chromium, index_rows, write_html
 from script import run_script
@@ -18,7 +19,7 @@ ONLY = "overlays.querySelectorAll('input').forEach(b => %s.includes(b.dataset.ov
 def main(study: Path, folder: Path) -> None:
     """Open the pages of the study's first success and first failure, and write the pictures into FOLDER."""
     rows, pair = reversed(index_rows.read_attempts(study)), study / "pair.html"
-    files = {row.success: (study / index_rows.RECORDINGS / row.stem).with_suffix(".npz") for row in rows}
+    files = {row.success: (study / RECORDINGS / row.stem).with_suffix(".npz") for row in rows}
     write_html(Recording.load(files[True]), pair, Recording.load(files[False]))
     with chromium.Chromium(chromium.require_chromium()) as browser:
         for name, file, width, height, dark, scripts in (

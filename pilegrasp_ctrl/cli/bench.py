@@ -14,7 +14,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ..files import check_output
+from ..files import check_output, write_output
 from .application import DebugOption, JsonOption, app, make_console, print_json
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def bench(
         result = run_benchmark(QUICK if quick else FULL, progress)
     changes = None if old is None else compare_results(old, result)
     if save is not None:
-        save.write_text(result.model_dump_json(indent=1) + "\n", encoding="utf-8")
+        write_output(save, f"{result.model_dump_json(indent=1)}\n".encode(), "result")
     if as_json:
         document = result.model_dump(mode="json")
         if changes is not None:

@@ -98,10 +98,11 @@ def paper(
 
 
 def _remaining(planned: list[PlannedCondition], first_seed: int, out: Path) -> Remaining:
+    from ..files import STUDY_FILE
     from ..scenarios.paper.plan import count_remaining
-    from ..study.store import FILE, StudyStore
+    from ..study.store import StudyStore
 
-    if not (out / FILE).is_file():
+    if not (out / STUDY_FILE).is_file():
         return count_remaining(planned, first_seed)
     with StudyStore(out) as store:
         return count_remaining(planned, first_seed, store)

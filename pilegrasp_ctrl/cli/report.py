@@ -30,9 +30,9 @@ def report_study(
     debug: DebugOption = False,
 ) -> None:
     """Write DIR/index.html: success by condition, every attempt, and its recording if there is one."""
-    from ..files import check_output, write_output
+    from ..files import RECORDINGS, check_output, write_output
     from ..viewer.index import index_page
-    from ..viewer.index_rows import RECORDINGS, read_attempts
+    from ..viewer.index_rows import read_attempts
 
     rows = read_attempts(folder)
     output = folder / "index.html"

@@ -8,12 +8,12 @@ from pathlib import Path
 from ..analysis.motion import annotate
 from ..config import build_scenario
 from ..exceptions import ExportError
-from ..files import make_folder, write_output
+from ..files import RECORDINGS, make_folder, write_output
 from ..recording import Recording
 from ..viewer import chromium
 from ..viewer.html import write_html
 from ..viewer.index import Links
-from ..viewer.index_rows import RECORDINGS, AttemptRow, read_scenario
+from ..viewer.index_rows import AttemptRow, read_scenario
 from ..viewer.stills import thumbnails
 
 Progress = Callable[[int, int], None]

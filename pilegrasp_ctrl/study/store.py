@@ -12,17 +12,13 @@ from typing import Any, Self
 
 from ..config import Scenario, build_scenario
 from ..exceptions import ConfigurationError, ExportError
-from ..files import make_folder, write_output
+from ..files import RECORDINGS, STUDY_FILE, make_folder, write_output
 from .attempt import AttemptReport, AttemptRow
 from .condition import Attempt, Condition
 from .origins import compare, difference
 
 FORMAT = "pilegrasp-study 1"
 """Format of the file, noted in the table `about`."""
-FILE = "study.db"
-"""Name of the store in the folder of a study."""
-RECORDINGS = "recordings"
-"""Name of the folder of recordings beside the store."""
 LOCK_TIMEOUT = 60.0
 """How long a writer waits for a reader that locks the file [s] (chosen)."""
 
@@ -72,7 +68,7 @@ class StudyStore:
             ExportError: The store is missing, is not a store, is damaged, or cannot be written.
         """
         self.folder = Path(folder)
-        self.path = self.folder / FILE
+        self.path = self.folder / STUDY_FILE
         if not create and not self.path.is_file():
             raise ExportError(f"{self.path}: no such study; `pilegrasp sweep ... --out {self.folder}` makes one")
         if create:

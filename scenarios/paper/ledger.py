@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pilegrasp_ctrl.exceptions import SimulationError
-from pilegrasp_ctrl.files import read_toml
+from pilegrasp_ctrl.files import RECORDINGS, read_toml
 from pilegrasp_ctrl.scenarios.paper import claims_mechanism, claims_objects, claims_piles
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
 from pilegrasp_ctrl.scenarios.paper.judgement import Claim, Finding
@@ -21,8 +21,6 @@ CLAIMS = (*claims_objects.CLAIMS, *claims_piles.CLAIMS, *claims_mechanism.CLAIMS
 """All claims of the paper, in the order of their names."""
 EXPLANATIONS = Path(__file__).with_name("explanations.toml")
 """What experiments say about claims that differ from the paper: `text`, and `command` that shows it, by claim."""
-RECORDINGS = "recordings"
-"""Folder of the typical attempts' pages, below the study's."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -347,7 +347,3 @@ def test_a_missing_browser_is_no_failure(capsys, attempts, monkeypatch):
     assert "All that is needed works.\n" in answer(capsys, "doctor")[1]
     assert report["ok"] is True
     assert [row["ok"] for row in report["checks"] if row["name"] == "browser"] == [False]
-
-
-def test_version(capsys):
-    assert answer(capsys, "--version") == (0, f"{pilegrasp_ctrl.__version__}\n", "")
