@@ -3,9 +3,9 @@
 import json
 import lzma
 
+from pilegrasp_ctrl.files import STUDY_FILE
 from pilegrasp_ctrl.scenarios.paper.ledger import judge_claims, ledger_documents
 from pilegrasp_ctrl.scenarios.paper.run import gather_evidence
-from pilegrasp_ctrl.files import STUDY_FILE
 from pilegrasp_ctrl.study.store import StudyStore
 from places import DOCS
 
