@@ -157,6 +157,43 @@ def test_an_import_that_points_down_is_allowed(module, source):
     assert violations(module, source) == []
 
 
+def foreign_private_names(source: str) -> set[str]:
+    """Private names that a module takes from another one: imported, or read from what is neither self nor its own."""
+    tree = ast.parse(source)
+    stored = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)]
+    own = {node.attr for node in stored if ast.unparse(node.value) in ("self", "cls")}
+    own |= {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    own |= {
+        node.target.id
+        for node in ast.walk(tree)
+        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name)
+    }
+    read = {
+        node.attr
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute)
+        and isinstance(node.value, ast.Name | ast.Attribute)
+        and ast.unparse(node.value) not in ("self", "cls")
+    }
+    brought = {alias.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for alias in node.names}
+    public_by_convention = {"_replace", "_asdict", "_fields", "_exit"}
+    private = {name for name in read - own | brought if name.startswith("_") and not name.startswith("__")}
+    return private - public_by_convention
+
+
+@pytest.mark.parametrize("module", sorted(modules()))
+def test_no_private_name_of_another_module_is_used(module):
+    assert foreign_private_names(modules()[module].read_text(encoding="utf-8")) == set()
+
+
+@pytest.mark.parametrize(
+    "source",
+    ["from .episode import _Loop", "simulation._stepper = 1\nprint(arm._frame)", "patch(episode, module._solve)"],
+)
+def test_a_private_name_of_another_module_is_found(source):
+    assert foreign_private_names(source)
+
+
 def loaded_after(statement: str) -> set[str]:
     """Top-level modules that a fresh interpreter holds after a statement."""
     code = f"import sys; {statement}; print(*sorted({{name.partition('.')[0] for name in sys.modules}}))"
