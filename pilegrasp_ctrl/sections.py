@@ -10,7 +10,10 @@ from pydantic_core import PydanticCustomError
 Text = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]*$")]
 Name = Annotated[Text, Field(min_length=1)]
 Slope = Annotated[float, Field(ge=0.0, le=90.0)]
-Mass = Annotated[float, Field(ge=1e-3, le=5.0)]
+MASS_RANGE = (1e-3, 5.0)
+"""Range of an object's mass [kg], chosen."""
+
+Mass = Annotated[float, Field(ge=MASS_RANGE[0], le=MASS_RANGE[1])]
 FrameSize = Annotated[float, Field(gt=0.0, le=1.0)]
 Share = Annotated[float, Field(ge=0.0, le=0.5)]
 Gain = Annotated[float, Field(ge=0.0, le=4.0)]

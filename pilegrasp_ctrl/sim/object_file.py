@@ -11,6 +11,7 @@ from typing import Any
 
 from ..exceptions import ConfigurationError
 from ..files import read_toml
+from ..sections import MASS_RANGE
 from .contact import OBJECT_RANK, Surface, restitution_for_mass
 from .hull import Hull
 from .net import Net
@@ -34,9 +35,6 @@ UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 
 WIDTHS = (0.002, 0.5)
 """Range of an object's widths [m], chosen: a contact of 300 rad/s needs a body, and a hand must get around it."""
-
-MASSES = (0.001, 5.0)
-"""Range of an object's mass [kg], as that of the scenario key `pile.mass`."""
 
 INERTIA_FACTORS = (0.1, 2.0)
 """Range of the inertia factor [-]. A thin tube has 2 about its axis, a thin ball 5/3."""
@@ -113,7 +111,7 @@ def build_object(table: Mapping[str, Any], name: str, variant: str, folder: Path
     for other in VARIANTS:
         _refuse_unknown(_subtable(table, other, None), valid, f"[{other}] of a {shape}")
     _refuse_unknown(keys, valid, f"a {shape}")
-    mass = _number(keys, "mass", MASSES, "kg")
+    mass = _number(keys, "mass", MASS_RANGE, "kg")
     hull = _load_hull(keys, folder) if shape == "mesh" else None
     half_size = hull.half_extents if hull else _half_size(keys, shape)
     bounces_by_mass = "restitution" not in keys

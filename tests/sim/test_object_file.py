@@ -5,12 +5,14 @@ import math
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 from object_worlds import BRICK, compile_objects, settled_poses, write_ball, write_mesh
 from pilegrasp_ctrl.config import build_scenario, load_scenario
 from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.planning.layout import make_layout
 from pilegrasp_ctrl.sim.hand import Hand
+from pilegrasp_ctrl.sim.hull import MAX_VERTICES
 from pilegrasp_ctrl.sim.object_file import read_object, write_object
 from pilegrasp_ctrl.sim.objects import object_model, objects_of
 from pilegrasp_ctrl.sim.readout import drawn_bodies
@@ -92,6 +94,16 @@ def test_a_mesh_lies_about_its_centre_of_mass_and_is_drawn(tmp_path):
     assert sorted(drawn[0].shapes[0].size) == pytest.approx(
         np.sqrt(5.0 / 3.0) * np.array([0.015, 0.02, 0.03]), rel=1e-6
     )
+
+
+def test_a_hull_keeps_two_hundred_vertices_at_most_and_nearly_its_volume(tmp_path):
+    points = np.random.default_rng(0).normal(size=(1000, 3))
+    points *= 20.0 / np.linalg.norm(points, axis=1, keepdims=True)
+    write_mesh(tmp_path / "ball.obj", points, ConvexHull(points).simplices.tolist())
+    file = write_object(tmp_path / "ball.toml", shape="mesh", file="ball.obj", unit="mm", mass=0.05)
+    ball = read_object(file)
+    assert len(ball.hull.vertices) == MAX_VERTICES == 200
+    assert ball.volume == pytest.approx(4.0 / 3.0 * math.pi * 0.02**3, rel=0.05)
 
 
 @pytest.mark.parametrize(
