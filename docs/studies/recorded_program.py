@@ -1,4 +1,4 @@
-"""Quadratic programs of control periods that were recorded, with their exact optima."""
+"""Recorded quadratic programs of control periods, with their exact optima."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ _LAYOUT = np.dtype(
 
 
 class RecordedProgram(NamedTuple):
-    """A program of an arm with seven joints, and what is known about it for certain.
+    """A program of an arm with seven joints, and its proven answer.
 
     Attributes:
-        arm: its name.
-        kind: what the loop was doing, such as "nominal" or "infeasible".
-        feasible: whether some x is within all bounds.
-        problem: the program.
-        x: (n,) its optimum or, where it is infeasible, that of `problem.softened()` [rad/s²].
-        excess: (n,) by how much x leaves its own bounds there; zero for a feasible program [rad/s²].
-        multipliers: (2 n,) of the bounds on x, then on G x: `H x + f = multipliers of x + Gᵀ multipliers of G x`,
+        arm: Name of the arm.
+        kind: State of the loop, such as "nominal" or "infeasible".
+        feasible: Whether some x is within all bounds.
+        problem: Program.
+        x: (n,) Optimum of the program or, where it is infeasible, that of `problem.softened()` [rad/s²].
+        excess: (n,) Excess of x over its own bounds there; zero for a feasible program [rad/s²].
+        multipliers: (2 n,) Multipliers of the bounds on x, then on G x: `H x + f = multipliers of x + Gᵀ multipliers of G x`,
             positive where a lower bound is active, negative where an upper one is.
-        certificate: (n,) y that proves an infeasible program to be so: `yᵀ G x` is larger for every G x within its
+        certificate: (n,) Vector y that proves a program infeasible: `yᵀ G x` is larger for every G x within its
             bounds than for any x within its own. Zero for a feasible program.
     """
 
@@ -64,7 +64,7 @@ def load_programs(path: Path) -> tuple[RecordedProgram, ...]:
     """Read a file that `save_programs` wrote.
 
     Raises:
-        ConfigurationError: where it cannot be read or is something else.
+        ConfigurationError: The file cannot be read or holds something else.
     """
     try:
         rows = np.load(path, allow_pickle=False)
@@ -82,7 +82,7 @@ def load_programs(path: Path) -> tuple[RecordedProgram, ...]:
 
 
 def save_programs(path: Path, programs: Iterable[RecordedProgram]) -> None:
-    """Write programs to one `.npy` file of records, every number as it is."""
+    """Write programs to one `.npy` file of records, without rounding."""
     np.save(path, np.array([_row(program) for program in programs], dtype=_LAYOUT), allow_pickle=False)
 
 

@@ -74,8 +74,8 @@ class ArmSimulation:
         Args:
             arm: Model that controllers use.
             substeps: Integration steps per control period.
-            friction_coulomb: (nv,) or a scalar, Coulomb friction of the plant [N·m]; by default the model's.
-            friction_viscous: (nv,) or a scalar, viscous friction of the plant [N·m·s/rad]; by default the model's.
+            friction_coulomb: Coulomb friction of the plant [N·m], (nv,) or a scalar; by default the model's.
+            friction_viscous: Viscous friction of the plant [N·m·s/rad], (nv,) or a scalar; by default the model's.
             mass_factor: Mass and inertia of every link over the model's [-]. The drives' reflected inertia stays,
                 because it is known better than the links'.
             payload: Point mass at the tool frame's origin that the model does not know [kg].

@@ -82,7 +82,7 @@ class Change(NamedTuple):
         key: The line, and the line that it was measured against.
         old: Its ratio in the saved result.
         new: Its ratio now.
-        factor: old / new, above 1 where it became faster.
+        factor: Ratio old / new, above 1 where it became faster.
         noise: Relative difference that two runs of the same code may show: the spreads of both and `BETWEEN_RUNS`,
             added in quadrature.
     """
