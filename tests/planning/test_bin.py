@@ -78,6 +78,9 @@ def test_the_push_line_has_most_objects_before_it_within_its_lateral_range():
     line, count = wall.best_line(heap, 0.03)
     assert count == 3
     assert line.anchor == pytest.approx([1.0, 0.09], abs=0.021)
+    # The lines are 10 mm apart, so the only one within 20 mm of both objects is found.
+    line, count = wall.best_line(np.array([[0.9, 0.06], [0.9, 0.10]]), 0.021)
+    assert (line.anchor[1], count) == (pytest.approx(0.08), 2)
     beyond, count = wall.best_line(np.array([[0.9, 0.15], [0.9, 0.16]]), 0.06)
     assert count == 2
     assert -0.03 <= beyond.anchor[1] <= 0.12
