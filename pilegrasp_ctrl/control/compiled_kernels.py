@@ -89,31 +89,40 @@ def assemble(
 ):  # fmt: skip
     """Fill the program and its offset; return the nearness of the nearest bound, or NaN if the case is not usual.
 
+    `tool` holds the square roots of the weights, the rates (stiffness over damping) and the damping. `joint` holds the
+    largest speed, Coulomb and viscous feed-forward, limited torque, and the demand below and above. `numbers` holds:
+
+        0       largest length of `rates e` that is not shortened
+        1, 2    `free` and `threshold` of `SingularDirections`, squared
+        3       square root of the posture's weight
+        4       1 with friction feed-forward, 0 without
+        5, 6    rate and scale of the feed-forward
+        7, 8    its largest approaches [m/s], [rad/s]
+
     Args:
-        x: (2 n + 1,) and, up to `twist`, as in `ArmState`; then the reference.
-        M: see `x`.
-        h: see `x`.
-        J: see `x`.
-        Jdot_v: see `x`.
-        p: see `x`.
-        R: see `x`.
-        twist: see `x`.
-        p_ref: see `x`.
-        R_ref: see `x`.
-        twist_ref: see `x`.
-        a_ref: see `x`.
-        affine: everything affine in the state, as `InverseDynamics` stacks it.
-        coupling: (n, n) from joint torques to the limited ones.
-        tool: (3, 6) square roots of the weights, stiffness over damping, damping.
-        joint: (6, n) largest speed, Coulomb and viscous feed-forward, limited torque, demand below and above.
-        numbers: slowest approach that is shortened, `free` and `threshold` squared of `SingularDirections`, the
-            posture's root of the weight, whether friction is fed forward; its rate, scale and two largest approaches.
-        H: (n, n) to fill, as are the following.
-        f: (n,).
-        G: (n, n).
-        lower: (2 n,).
-        upper: (2 n,).
-        offset: (n,).
+        x: (2 n + 1,) Affine state as in `ArmState`.
+        M: (n, n) Inertia as in `ArmState`.
+        h: (n,) Bias torques as in `ArmState`.
+        J: (6, n) Tool Jacobian as in `ArmState`.
+        Jdot_v: (6,) Tool acceleration as in `ArmState`.
+        p: (3,) Position of the tool.
+        R: (3, 3) Orientation of the tool.
+        twist: (6,) Velocity of the tool.
+        p_ref: (3,) Position of the reference.
+        R_ref: (3, 3) Orientation of the reference.
+        twist_ref: (6,) Velocity of the reference.
+        a_ref: (6,) Acceleration of the reference.
+        affine: (rows, 2 n + 1) Matrix of all that is affine in the state, as `InverseDynamics` stacks it.
+        coupling: (n, n) Matrix from joint torques to the limited ones.
+        tool: (3, 6) Numbers of the tool's axes; see above.
+        joint: (6, n) Numbers of the joints; see above.
+        numbers: (9,) Scalars; see above.
+        H: (n, n) Matrix of the cost, to fill.
+        f: (n,) Linear part of the cost, to fill.
+        G: (n, n) Rows of the torque limits, to fill.
+        lower: (2 n,) Lower bounds, to fill.
+        upper: (2 n,) Upper bounds, to fill.
+        offset: (n,) Torques beside that of the acceleration, to fill [N·m].
     """
     n = h.shape[0]
     values = np.empty(affine.shape[0])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from arms import ARMS, HOME
+from arms import ARMS, HOME, load, without_friction
 from pilegrasp_ctrl.control.contact_impedance import YIELDING_STIFFNESS, ContactImpedanceController
 from pilegrasp_ctrl.control.impedance import ImpedanceController
 from pilegrasp_ctrl.control.sampled_data import largest_force_gain, least_inertia, tool_mobility
@@ -13,7 +13,8 @@ from pilegrasp_ctrl.tasks.gains import Impedance
 from pilegrasp_ctrl.tasks.impedance_task import ImpedanceTask
 from pilegrasp_ctrl.trajectories.straight_line import StraightLine
 from pilegrasp_ctrl.types import Reference
-from touch import LAG, Wall, WristSensor, home, rubbing, run, smooth
+from spring_wall import SpringWall
+from touch import LAG, WristSensor, home, run
 
 SPRINGS = np.array([1200.0] * 3 + [60.0] * 3)
 TO_WALL, ALONG, DOWN = np.array([1.0, 0, 0]), np.array([0, 1.0, 0]), np.array([0, 0, -1.0])
@@ -31,11 +32,11 @@ def wrench_along(direction, size=DESIRED):
 @pytest.mark.parametrize("stiffness", WALLS)
 @pytest.mark.parametrize("name", ARMS)
 def test_at_rest_the_wall_feels_the_spring_and_the_desired_force(name, stiffness):
-    arm = smooth(name)
+    arm = without_friction(name)
     start = home(arm)
     controller = ImpedanceController(arm, Impedance(SPRINGS), HOME[name])
     reference, desired = Reference(start.pose.moved([0.02, 0.01, -0.01])), wrench_along(TO_WALL, 6.0)
-    wall = Wall(start.translation + 0.005 * TO_WALL, -TO_WALL, stiffness)
+    wall = SpringWall(start.translation + 0.005 * TO_WALL, -TO_WALL, stiffness)
 
     def control(observation, state):
         return controller.step(observation, reference, state=state, desired_force=desired)
@@ -56,7 +57,7 @@ def slide(arm, step, stiffness, normal=TO_WALL, along=ALONG, sensor=None, fricti
     def control(observation, state):
         return step(observation, line.at(max(0.0, observation.time - 0.7)), state)
 
-    wall = Wall(start.translation, -normal, stiffness)
+    wall = SpringWall(start.translation, -normal, stiffness)
     time, wrenches, _ = run(arm, control, wall, 0.7 + line.duration, sensor=sensor, friction=friction)
     steady = (time > 1.5) & (time < 0.7 + line.duration - 0.3)
     return -wrenches[steady, :3] @ normal
@@ -76,7 +77,7 @@ def named(name, normal, along, stiffness):
 @pytest.mark.parametrize(("normal", "along", "stiffness"), SLIDES)
 @pytest.mark.parametrize("name", ARMS)
 def test_sliding_without_a_spring_along_the_force_keeps_it(name, normal, along, stiffness):
-    arm = rubbing(name)
+    arm = load(name)
     free = np.concatenate((np.abs(normal) > 0.5, np.zeros(3, dtype=bool)))
     gains = Impedance(np.where(free, 0.0, SPRINGS), damping=np.where(free, 120.0, 0.0))
     controller = ImpedanceController(arm, gains, HOME[name])
@@ -96,7 +97,7 @@ def hybrid(arm, normal, **gains):
 @pytest.mark.parametrize("stiffness", WALLS)
 @pytest.mark.parametrize("name", ARMS)
 def test_what_is_left_of_the_spring_takes_its_share(name, stiffness):
-    arm = smooth(name)
+    arm = without_friction(name)
     controller, desired = hybrid(arm, TO_WALL), wrench_along(TO_WALL)
     forces = slide(arm, lambda o, r, s: controller.step(o, r, s, desired), stiffness)
     left = YIELDING_STIFFNESS * SPRINGS[0]
@@ -106,7 +107,7 @@ def test_what_is_left_of_the_spring_takes_its_share(name, stiffness):
 @pytest.mark.parametrize(("normal", "along", "stiffness"), SLIDES)
 @pytest.mark.parametrize("name", ARMS)
 def test_the_sensor_makes_good_for_spring_and_joint_friction(name, normal, along, stiffness):
-    arm = rubbing(name)
+    arm = load(name)
     controller, desired = hybrid(arm, normal, force_gain=5.0), wrench_along(normal)
     forces = slide(arm, lambda o, r, s: controller.step(o, r, s, desired), stiffness, normal, along, WristSensor())
     assert off(forces, named(name, normal, along, stiffness)) < 0.05
@@ -114,7 +115,7 @@ def test_the_sensor_makes_good_for_spring_and_joint_friction(name, normal, along
 
 @pytest.mark.parametrize("friction", [0.7, 1.3])
 def test_where_the_friction_is_not_the_model_s_only_the_sensor_keeps_the_force(friction):
-    arm, desired, errors = rubbing("wam7"), wrench_along(TO_WALL), []
+    arm, desired, errors = load("wam7"), wrench_along(TO_WALL), []
     for gain in (0.0, 5.0):
         controller = hybrid(arm, TO_WALL, force_gain=gain)
         forces = slide(
@@ -126,9 +127,9 @@ def test_where_the_friction_is_not_the_model_s_only_the_sensor_keeps_the_force(f
 
 
 def test_joint_friction_holds_a_hand_at_rest_and_the_sensor_gets_it_loose():
-    arm, desired, pressed = rubbing("wam7"), wrench_along(TO_WALL), []
+    arm, desired, pressed = load("wam7"), wrench_along(TO_WALL), []
     start = home(arm)
-    wall = Wall(start.translation, -TO_WALL, 1e4)
+    wall = SpringWall(start.translation, -TO_WALL, 1e4)
     for gain in (0.0, 5.0):
         controller = hybrid(arm, TO_WALL, force_gain=gain)
 
@@ -143,7 +144,7 @@ def test_joint_friction_holds_a_hand_at_rest_and_the_sensor_gets_it_loose():
 
 
 def test_a_force_gain_that_would_swing_is_refused():
-    arm = smooth("panda")
+    arm = without_friction("panda")
     gains = Impedance(SPRINGS)
     mobility = tool_mobility(arm, gains, HOME["panda"])
     damping = ImpedanceTask(gains).damping(mobility)[0, 0]
@@ -156,7 +157,7 @@ def test_a_force_gain_that_would_swing_is_refused():
 @pytest.mark.parametrize(("share", "swings"), [(0.25, False), (1.2, True)])
 def test_the_force_gain_s_limit_is_where_it_begins_to_swing(share, swings):
     """Both parts of the formula, and what is left of the spring beside the wall."""
-    arm, stiffness = smooth("panda"), 1000.0
+    arm, stiffness = without_friction("panda"), 1000.0
     gains = Impedance(SPRINGS)
     mobility = tool_mobility(arm, gains, HOME["panda"])
     damping, inertia = ImpedanceTask(gains).damping(mobility)[2, 2], np.linalg.inv(mobility)[2, 2]
@@ -172,13 +173,13 @@ def test_the_force_gain_s_limit_is_where_it_begins_to_swing(share, swings):
     def control(observation, state):
         return controller.step(observation, reference, state, desired)
 
-    wall = Wall(start.translation, -DOWN, stiffness)
+    wall = SpringWall(start.translation, -DOWN, stiffness)
     _, wrenches, _ = run(arm, control, wall, 3.0, sensor=WristSensor(noise=0.0))
     assert (np.ptp(wrenches[-250:, 2]) > 2.0) == swings
 
 
 def test_a_hand_in_the_air_does_not_wind_up():
-    arm = smooth("panda")
+    arm = without_friction("panda")
     controller, desired = hybrid(arm, TO_WALL, force_gain=5.0), wrench_along(TO_WALL)
     start = home(arm)
     plain = hybrid(arm, TO_WALL)
@@ -196,7 +197,7 @@ def touch(arm, gains, normal, stiffness=1e4):
     ahead = 0.03
     line = StraightLine(start.pose, (ahead + 0.01) * normal, SPEED, acceleration=2.0)
     controller = ImpedanceController(arm, gains, HOME[arm.name])
-    wall = Wall(start.translation + ahead * normal, -normal, stiffness)
+    wall = SpringWall(start.translation + ahead * normal, -normal, stiffness)
 
     def control(observation, state):
         return controller.step(observation, line.at(observation.time), state=state)
@@ -211,7 +212,7 @@ def touch(arm, gains, normal, stiffness=1e4):
 @pytest.mark.parametrize("normal", [TO_WALL, DOWN])
 @pytest.mark.parametrize("name", ARMS)
 def test_the_hand_stays_in_touch_and_the_blow_is_that_of_its_inertia(name, normal):
-    arm = smooth(name)
+    arm = without_friction(name)
     gains = Impedance(SPRINGS)
     mobility = tool_mobility(arm, gains, HOME[name])
     inertia = float(normal @ np.linalg.inv(mobility)[:3, :3] @ normal)
@@ -223,7 +224,7 @@ def test_the_hand_stays_in_touch_and_the_blow_is_that_of_its_inertia(name, norma
 
 
 def test_with_too_little_damping_it_bounces():
-    forces = touch(smooth("panda"), Impedance(SPRINGS, damping_ratio=0.3), DOWN)
+    forces = touch(without_friction("panda"), Impedance(SPRINGS, damping_ratio=0.3), DOWN)
     assert forces.min() == 0.0
 
 
@@ -232,7 +233,7 @@ def ringing(arm, inertia, stiffness=1e4):
     start = home(arm)
     gains = shaped(inertia)
     controller = ImpedanceController(arm, gains, HOME[arm.name])
-    reference, wall = Reference(start.pose), Wall(start.translation, -DOWN, stiffness)
+    reference, wall = Reference(start.pose), SpringWall(start.translation, -DOWN, stiffness)
 
     def control(observation, state):
         return controller.step(observation, reference, state=state)
@@ -251,7 +252,7 @@ def shaped(inertia):
 
 @pytest.mark.parametrize("name", ARMS)
 def test_an_inertia_too_small_for_the_sensor_rings_and_is_refused(name):
-    arm = smooth(name)
+    arm = without_friction(name)
     bound = next(m for m in np.arange(0.1, 8.0, 0.05) if m >= least_inertia(arm, shaped(m), HOME[name], LAG)[2])
     assert ringing(arm, 0.4 * bound) > 5.0
     assert ringing(arm, 1.1 * bound) < 0.2

@@ -6,13 +6,14 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from arms import ARMS, HOME, random_states
+from arms import ARMS, HOME, load, random_states, without_friction
 from pilegrasp_ctrl.control.impedance import ImpedanceController
 from pilegrasp_ctrl.tasks.frame_task import pose_error
 from pilegrasp_ctrl.tasks.gains import Impedance
 from pilegrasp_ctrl.tasks.impedance_task import ImpedanceTask
 from pilegrasp_ctrl.types import Command, Reference
-from touch import Wall, home, rubbing, run, smooth
+from spring_wall import SpringWall
+from touch import home, run
 
 RATE = 500.0
 SOFT = Impedance([400.0] * 3 + [30.0] * 3)
@@ -80,14 +81,14 @@ def falls(values):
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("name", ARMS)
 def test_pushes_only_ever_put_energy_in(name, seed, gains):
-    energy, traffic = lost(smooth(name), gains, seed)
+    energy, traffic = lost(without_friction(name), gains, seed)
     assert traffic > 1.0
     assert energy[-1] > 0.3 * traffic
     assert falls(energy) < TOLERANCE * traffic
 
 
 def test_joint_friction_takes_energy_too():
-    energy, traffic = lost(rubbing("wam7"), SOFT)
+    energy, traffic = lost(load("wam7"), SOFT)
     assert falls(energy) < TOLERANCE * traffic
 
 
@@ -106,7 +107,7 @@ def too_much_friction(arm):
 @pytest.mark.parametrize(("disturb", "duration"), [(negative_damping, 0.04), (too_much_friction, 0.5)])
 @pytest.mark.parametrize("name", ARMS)
 def test_a_controller_that_feeds_energy_in_is_found(name, disturb, duration):
-    arm = smooth(name)
+    arm = without_friction(name)
     energy, traffic = lost(arm, SOFT, disturb=disturb(arm), duration=duration)
     assert falls(energy) > 100.0 * TOLERANCE * traffic
 
@@ -114,12 +115,12 @@ def test_a_controller_that_feeds_energy_in_is_found(name, disturb, duration):
 @pytest.mark.parametrize("name", ARMS)
 def test_against_a_stiff_wall_no_energy_grows(name):
     """Thrown at the wall at about 0.2 m/s: what the wall holds counts too."""
-    arm, stiffness = smooth(name), 1e4
+    arm, stiffness = without_friction(name), 1e4
     start = home(arm)
     direction, ahead = np.array([0.0, 0.0, -1.0]), 0.02
     reference = Reference(start.pose.moved(0.04 * direction))
     controller = ImpedanceController(arm, SOFT, HOME[name])
-    wall = Wall(start.translation + ahead * direction, -direction, stiffness)
+    wall = SpringWall(start.translation + ahead * direction, -direction, stiffness)
     _, wrenches, states = run(
         arm, lambda observation, state: controller.step(observation, reference, state=state), wall, 1.5, substeps=8
     )
@@ -133,7 +134,7 @@ def test_against_a_stiff_wall_no_energy_grows(name):
 @pytest.mark.parametrize("name", ARMS)
 def test_the_dampers_outweigh_the_inertia_that_the_tool_gains_and_loses_on_its_way(name):
     """½ Lambda' < D with the shipped springs, all joints at their speed limits, away from singular postures."""
-    arm, task = smooth(name), ImpedanceTask(Impedance([2500.0] * 3 + [120.0] * 3))
+    arm, task = without_friction(name), ImpedanceTask(Impedance([2500.0] * 3 + [120.0] * 3))
     step, worst = 1e-6, 0.0
     for q, v in random_states(arm, 150, speed=1.0):
         state, ahead = arm.update(q, v), arm.update(q + step * v, v)
@@ -149,7 +150,7 @@ def test_the_dampers_outweigh_the_inertia_that_the_tool_gains_and_loses_on_its_w
 
 def test_springs_that_differ_give_no_energy_on_a_round_trip_of_rotations():
     """Around a cone of 1 rad the moment's work adds up to nothing; that of K e would not."""
-    arm = smooth("panda")
+    arm = without_friction("panda")
     state = home(arm)
     task = ImpedanceTask(Impedance([400.0] * 3 + [40.0, 20.0, 10.0]))
     reference = Reference(state.pose)

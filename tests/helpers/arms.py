@@ -3,12 +3,14 @@
 from collections.abc import Callable
 
 import numpy as np
+import pinocchio as pin
 
 from example_arm import HOME
 from pilegrasp_ctrl.arm.model import ArmModel
+from pilegrasp_ctrl.arm.state import ArmState
 from pilegrasp_ctrl.plant.arm_simulation import ArmSimulation
 from pilegrasp_ctrl.robots import PANDA_FINGERS, panda_urdf
-from pilegrasp_ctrl.types import MassProperties, Observation
+from pilegrasp_ctrl.types import MassProperties, Observation, Pose, Reference
 
 ARMS = tuple(HOME)
 
@@ -37,6 +39,20 @@ def random_states(arm: ArmModel, count: int, seed: int = 0, speed: float = 0.5):
     for _ in range(count):
         q = arm.q_lower + (arm.q_upper - arm.q_lower) * rng.uniform(0.05, 0.95, arm.nv)
         yield q, speed * arm.velocity_limit * rng.uniform(-1.0, 1.0, arm.nv)
+
+
+def nearby(state: ArmState, turn: float = 0.05) -> Reference:
+    """A moving reference 2.7 cm and 4 deg from the tool."""
+    shift, rotation = np.array([0.01, -0.02, 0.015]), pin.exp3(np.array([turn, 0.0, -turn]))
+    pose = Pose(state.translation + shift, rotation @ state.rotation)
+    return Reference(pose, np.linspace(-0.1, 0.1, 6), np.linspace(0.5, -0.5, 6))
+
+
+def quiet_states(arm: ArmModel, count: int):
+    """Pairs q, v around the home posture at which no limit is near."""
+    rng = np.random.default_rng(1)
+    for _ in range(count):
+        yield HOME[arm.name] + rng.uniform(-0.1, 0.1, arm.nv), rng.uniform(-0.1, 0.1, arm.nv)
 
 
 def simulate(

@@ -1,39 +1,18 @@
-"""What the tests of contact share: arms in touch with a wall whose stiffness is known, and a sensor that is late."""
+"""Arms in contact with an environment, and a measured wrench that is late; shared by the tests of contact."""
 
 import numpy as np
 
-from arms import HOME, load, without_friction
+from arms import HOME
 from pilegrasp_ctrl.plant.arm_simulation import ArmSimulation
 from pilegrasp_ctrl.types import Observation
 
 SENSOR_CUTOFF = 8.0
 LAG = 0.5 / (np.pi * SENSOR_CUTOFF) + 1.0 / 500.0
-"""Of the simulated wrist sensor at 500 Hz: its low-pass and one control period [s]."""
-
-
-def rubbing(name):
-    """The arm with its joint friction, in the model as in the plant; the Panda's URDF names no Coulomb friction."""
-    return load(name)
-
-
-def smooth(name):
-    return without_friction(name)
+"""Lag of the simulated wrist sensor at 500 Hz: its low-pass and one control period [s]."""
 
 
 def home(arm):
     return arm.update(HOME[arm.name], np.zeros(arm.nv))
-
-
-class Wall:
-    """A spring without damping: nothing but the controller keeps the hand from bouncing."""
-
-    def __init__(self, point, normal, stiffness):
-        self.normal = np.asarray(normal, dtype=float)
-        self._point, self._stiffness = np.asarray(point), stiffness
-
-    def __call__(self, pose, twist):
-        depth = self.normal @ (self._point - pose.translation)
-        return np.concatenate((max(0.0, self._stiffness * depth) * self.normal, np.zeros(3)))
 
 
 class WristSensor:
@@ -52,8 +31,8 @@ class WristSensor:
 def run(arm, control, environment, duration, *, sensor=None, substeps=2, friction=1.0):
     """Return times (n,), the environment's wrenches (n, 6) and the states, one a period.
 
-    `control(observation, state)` gives an output; without a sensor it sees the exact wrench. The plant rubs `friction`
-    times as much as the model says.
+    `control(observation, state)` gives an output; without a sensor it sees the exact wrench. The plant has `friction`
+    times the model's friction.
     """
     states = []
 

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from arms import ARMS, HOME, load
+from arms import ARMS, HOME, load, without_friction
 from pilegrasp_ctrl.control.impedance import ImpedanceController
 from pilegrasp_ctrl.control.sampled_data import stiffness_margin, tool_mobility
 from pilegrasp_ctrl.exceptions import ConfigurationError, SimulationError
@@ -12,7 +12,7 @@ from pilegrasp_ctrl.robots import path
 from pilegrasp_ctrl.tasks.gains import Impedance, MotionGains, load_gains
 from pilegrasp_ctrl.tasks.impedance_task import ImpedanceTask
 from pilegrasp_ctrl.types import Observation, Pose, Reference
-from touch import LAG, home, rubbing, run, smooth
+from touch import LAG, home, run
 
 PRESET = path("hands/shovel", "impedance.toml")
 STIFF = Impedance([2500.0] * 3 + [120.0] * 3)
@@ -78,7 +78,7 @@ def motion(inertia, damping, stiffness, force, times):
 @pytest.mark.parametrize("axis", range(6))
 @pytest.mark.parametrize("name", ARMS)
 def test_the_preset_moves_as_its_mass_damper_and_spring_along_the_tool_s_axes(name, axis):
-    arm, gains = smooth(name), load_gains(PRESET)
+    arm, gains = without_friction(name), load_gains(PRESET)
     start = home(arm)
     R, reference = start.rotation, Reference(start.pose)
     push = np.zeros(6)
@@ -100,7 +100,7 @@ def test_the_preset_moves_as_its_mass_damper_and_spring_along_the_tool_s_axes(na
 
 @pytest.mark.parametrize("name", ARMS)
 def test_explicit_damping_is_all_the_damping_there_is_without_a_ratio(name):
-    arm = smooth(name)
+    arm = without_friction(name)
     task = ImpedanceTask(Impedance(400.0, damping_ratio=0.0, damping=[120.0] * 3 + [2.0] * 3))
     mobility = tool_mobility(arm, task.impedance, HOME[name])
     np.testing.assert_allclose(task.damping(mobility), np.diag([120.0] * 3 + [2.0] * 3), atol=1e-9)
@@ -124,7 +124,7 @@ def spring_force(arm, controller, displacement):
 @pytest.mark.parametrize("frame", ["world", "tool"])
 @pytest.mark.parametrize("name", ARMS)
 def test_springs_act_along_the_axes_of_their_frame(name, frame):
-    arm = smooth(name)
+    arm = without_friction(name)
     axes = home(arm).rotation if frame == "tool" else np.eye(3)
     stiffness = np.array([900.0, 300.0, 100.0])
     controller = ImpedanceController(arm, Impedance([*stiffness, 30.0, 30.0, 30.0], frame=frame), HOME[name])
@@ -135,7 +135,7 @@ def test_springs_act_along_the_axes_of_their_frame(name, frame):
 
 @pytest.mark.parametrize("frame", ["world", "tool"])
 def test_a_mask_frees_an_axis_of_the_frame(frame):
-    arm, gains = smooth("panda"), Impedance([400.0] * 3 + [30.0] * 3, frame=frame)
+    arm, gains = without_friction("panda"), Impedance([400.0] * 3 + [30.0] * 3, frame=frame)
     state = home(arm)
     axes = state.rotation if frame == "tool" else np.eye(3)
     reference = Reference(state.pose.moved(0.01 * axes[:, 0]))
@@ -153,7 +153,7 @@ def test_a_mask_frees_an_axis_of_the_frame(frame):
 @pytest.mark.parametrize("name", ARMS)
 def test_the_spring_s_force_comes_through_the_transposed_jacobian(name):
     """So that a push at the tool and the spring's answer cancel in every joint."""
-    arm = smooth(name)
+    arm = without_friction(name)
     state, gains = home(arm), Impedance([400.0] * 3 + [30.0] * 3)
     controller = ImpedanceController(arm, gains, HOME[name], limits=())
     turn = pin.exp3(np.array([0.02, 0.0, -0.01]))
@@ -166,7 +166,7 @@ def test_the_spring_s_force_comes_through_the_transposed_jacobian(name):
 
 def test_a_twist_of_the_light_wrist_is_held_and_leaves_the_shoulder_alone():
     """Half a newton metre at the bare flange: 1000 rad/s² for the last joint alone, and far within its torque."""
-    arm = smooth("wam7")
+    arm = without_friction("wam7")
     start = home(arm)
     controller = ImpedanceController(arm, Impedance([400.0] * 3 + [30.0] * 3), HOME["wam7"])
     twist = np.concatenate((np.zeros(3), 0.5 * start.rotation[:, 2]))
@@ -183,7 +183,7 @@ def test_a_twist_of_the_light_wrist_is_held_and_leaves_the_shoulder_alone():
     assert np.abs(states[-1].v).max() < 1e-3
 
 
-@pytest.mark.parametrize("make", [smooth, rubbing])
+@pytest.mark.parametrize("make", [without_friction, load])
 @pytest.mark.parametrize("name", ARMS)
 def test_a_target_out_of_reach_breaks_no_limit(name, make):
     """Pulled half a metre away by stiff springs, into the limits of speed, of torque and, on the WAM, of position."""
@@ -208,7 +208,7 @@ def test_a_target_out_of_reach_breaks_no_limit(name, make):
 @pytest.mark.parametrize(("share", "diverges"), [(0.95, False), (1.05, True)])
 @pytest.mark.parametrize("name", ARMS)
 def test_the_sampled_loop_diverges_beyond_the_stiffness_margin(name, share, diverges):
-    arm = smooth(name)
+    arm = without_friction(name)
     start = home(arm)
     gains = Impedance(share * stiffness_margin(arm, STIFF, HOME[name]) * STIFF.stiffness)
     # Without a posture nothing is checked, and the springs see no other damper than their own.
@@ -228,7 +228,7 @@ def test_the_sampled_loop_diverges_beyond_the_stiffness_margin(name, share, dive
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 1.4])
 def test_a_damping_ratio_allows_a_frequency(ratio):
-    arm = smooth("panda")
+    arm = without_friction("panda")
     gains = Impedance(STIFF.stiffness, ratio)
     mobility = tool_mobility(arm, gains, HOME["panda"])
     fastest = np.sqrt(np.linalg.eigvals(mobility @ np.diag(gains.stiffness)).real.max())
@@ -238,7 +238,7 @@ def test_a_damping_ratio_allows_a_frequency(ratio):
 
 
 def test_dampers_alone_have_no_stiffness_limit_but_their_own():
-    arm = smooth("panda")
+    arm = without_friction("panda")
     viscous = Impedance(0.0, damping=[40.0] * 3 + [2.0] * 3)
     assert stiffness_margin(arm, viscous, HOME["panda"]) == np.inf
     assert stiffness_margin(arm, Impedance(1.0, damping=1e5), HOME["panda"]) == 0.0

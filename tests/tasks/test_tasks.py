@@ -3,7 +3,7 @@ import pinocchio as pin
 import pytest
 
 from arms import ARMS, HOME, load, random_states
-from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.exceptions import ArgumentError, ConfigurationError, GainsError
 from pilegrasp_ctrl.tasks.frame_task import FrameMotionTask, FrameTask, Objective, pose_error
 from pilegrasp_ctrl.tasks.gains import Impedance, MotionGains, load_gains
 from pilegrasp_ctrl.tasks.impedance_task import ImpedanceTask
@@ -165,15 +165,15 @@ def test_a_shaped_inertia_stands_in_place_of_the_arm():
 
 
 def test_gains_of_one_kind_are_refused_where_the_other_is_meant():
-    with pytest.raises(TypeError, match=r"MotionGains in 1/s², not Impedance"):
+    with pytest.raises(GainsError, match=r"MotionGains in 1/s², not Impedance"):
         FrameMotionTask(Impedance(500.0))
-    with pytest.raises(TypeError, match=r"Impedance in N/m.*not MotionGains"):
+    with pytest.raises(GainsError, match=r"Impedance in N/m.*not MotionGains"):
         ImpedanceTask(MotionGains(500.0))
 
 
 @pytest.mark.parametrize("weight", [-1.0, np.nan, 0.0, np.inf])
 def test_weights_that_mean_nothing_are_refused(weight):
-    with pytest.raises(ValueError, match="weight"):
+    with pytest.raises(ArgumentError, match="weight"):
         FrameTask(weight)
 
 
