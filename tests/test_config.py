@@ -274,61 +274,6 @@ def test_a_setting_without_key_or_value_is_an_error(text):
         parse_overrides([text])
 
 
-def test_the_hash_is_16_hex_digits():
-    assert re.fullmatch("[0-9a-f]{16}", Scenario().config_hash())
-
-
-def test_the_hash_ignores_what_does_not_enter_the_physics():
-    scenario = Scenario(name="a", summary="b", tags=("c",))
-    assert scenario.config_hash() == Scenario().config_hash()
-
-
-def test_the_hash_does_not_depend_on_how_a_number_is_written():
-    whole, real = build_scenario({}, {"strategy.alpha_deg": 30}), build_scenario({}, {"strategy.alpha_deg": 30.0})
-    assert whole.config_hash() == real.config_hash() != Scenario().config_hash()
-
-
-CHANGED = {"pile.object": "cube", "support.kind": "none", "program": "push", "hand": "shovel", "robot": "panda"}
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        *CHANGED.items(),
-        ("pile.count", 17),
-        ("pile.mass", 0.06),
-        ("strategy.speed", 0.11),
-        ("controller.solver", "osqp"),
-        ("controller.kind", "impedance"),
-        ("sensor.cutoff", 9.0),
-        ("sim.contact_rule", "product"),
-    ],
-)
-def test_the_hash_depends_on_what_enters_the_physics(key, value):
-    assert build_scenario({}, {key: value}).config_hash() != Scenario().config_hash()
-
-
-def test_the_hash_depends_on_the_line_where_it_is_followed():
-    line = {"program": "line"}
-    assert build_scenario(line, {"line.start": [0.5, 0.0, 0.2]}).config_hash() != build_scenario(line).config_hash()
-
-
-def test_the_hash_follows_the_content_of_the_gains_wherever_they_lie(tmp_path):
-    hashes = []
-    for folder, text in (("a", "x = 1"), ("b", "x = 1"), ("c", "x = 2")):
-        (tmp_path / folder).mkdir()
-        (tmp_path / folder / "gains.toml").write_text(text, encoding="utf-8")
-        scenario = load_scenario(write(tmp_path / folder, 'controller.gains = "gains.toml"'))
-        assert scenario.controller.gains == str(tmp_path / folder / "gains.toml")
-        hashes.append(scenario.config_hash())
-    assert hashes[0] == hashes[1] != hashes[2]
-
-
-def test_missing_gains_are_named():
-    with pytest.raises(ConfigurationError, match=r"nowhere\.toml: no such file"):
-        build_scenario({}, {"controller.gains": "nowhere.toml"}).config_hash()
-
-
 def test_a_scenario_is_frozen():
     with pytest.raises(ValueError, match="frozen"):
         Scenario().pile.count = 3

@@ -1,0 +1,147 @@
+"""What cannot be done is said before anything moves, and what goes wrong stops an attempt at once."""
+
+import gc
+import tempfile
+
+import numpy as np
+import pytest
+
+from pilegrasp_ctrl.config import load_scenario
+from pilegrasp_ctrl.episode import run
+from pilegrasp_ctrl.exceptions import ConfigurationError, PileError, SimulationError, UnreachablePoseError
+from pilegrasp_ctrl.robots import path
+from pilegrasp_ctrl.sim import monitors
+from pilegrasp_ctrl.sim.backend import Simulation
+
+CONTROL_PERIOD = 0.002
+
+
+@pytest.fixture(scope="module", autouse=True)
+def cache(tmp_path_factory):
+    """Every pile is settled here first: nothing depends on what this machine has done before."""
+    folder = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(folder))
+        yield folder
+
+
+# --- what cannot be done is found out before anything moves -----------------------------------------------------------
+
+
+@pytest.fixture
+def still(monkeypatch):
+    def moved(_):
+        pytest.fail("something moved")
+
+    monkeypatch.setattr(Simulation, "step", moved)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "overrides", "error", "words"),
+    [
+        (
+            "free_space_line",
+            {"line.start": [1.5, 0.0, 0.3]},
+            UnreachablePoseError,
+            ["(1.50, 0.00, 0.30) m", "line.start"],
+        ),
+        ("free_space_line", {"line.displacement": [0.0, 1.5, 0.0]}, UnreachablePoseError, ["(0.55, 1.35, 0.25) m"]),
+        ("spheres_wall", {"strategy.theta_deg": 0.0}, UnreachablePoseError, ["theta_deg"]),
+        ("push_wall", {"controller.rate": 300.0}, ConfigurationError, ["controller.rate", "300 Hz", "sim.timestep"]),
+        ("push_wall", {"controller.rate": 2000.0}, ConfigurationError, ["2000 Hz", "0.001 s"]),
+        ("push_wall", {"controller.gains": "nowhere.toml"}, ConfigurationError, ["nowhere.toml"]),
+        ("push_wall", {"pile.object": "light_spere"}, ConfigurationError, ["light_sphere"]),
+        ("push_wall", {"pile.cout": 3}, ConfigurationError, ["pile.count"]),
+        ("spheres_wall", {"pile.scale": 4.0, "pile.count": 10}, PileError, ["216 mm", "150 mm", "pile.scale"]),
+    ],
+)
+def test_what_cannot_be_done_is_said_before_anything_moves(still, scenario, overrides, error, words):
+    with pytest.raises(error) as caught:
+        run(scenario, overrides=overrides)
+    assert "\n" not in str(caught.value)
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(("kind", "given"), [("operational_space", "impedance"), ("impedance", "operational_space")])
+def test_gains_of_the_wrong_kind_are_refused(still, kind, given):
+    overrides = {"controller.kind": kind, "controller.gains": str(path("wam7", f"{given}.toml"))}
+    with pytest.raises(ConfigurationError, match=f"{given}.toml.*controller.kind = '{kind}'"):
+        run("push_wall", overrides=overrides)
+
+
+def test_a_negative_seed_and_overrides_without_a_file_are_refused(still):
+    with pytest.raises(ConfigurationError, match="seed = -1"):
+        run("push_wall", seed=-1)
+    with pytest.raises(ConfigurationError, match="load_scenario"):
+        run(load_scenario("push_wall"), overrides={"pile.count": 3})
+
+
+# --- what goes wrong on the way ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def last_states(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return tmp_path
+
+
+def test_the_watchdog_stops_an_attempt_and_the_collector_runs_again(last_states, monkeypatch):
+    monkeypatch.setattr(monitors, "MAX_PENETRATION", 1e-6)
+    with pytest.raises(SimulationError, match="overlap") as caught:
+        run("push_wall", record=True)
+    assert gc.isenabled()
+    (file,) = last_states.iterdir()
+    assert str(file) in str(caught.value)
+    assert load_scenario("push_wall").config_hash() in file.name
+    with np.load(file) as states:
+        assert states["time"][-1] > 2.0
+
+
+@pytest.mark.parametrize("when", [0.2, 1.0])
+def test_a_simulation_that_diverges_is_stopped_at_once(last_states, monkeypatch, when):
+    """MuJoCo's own answer to a state that is not finite is to start again from time zero."""
+    step = Simulation.step
+    monkeypatch.chdir(last_states)
+
+    def diverge(simulation):
+        if abs(simulation.data.time - when) < 0.5 * CONTROL_PERIOD:
+            simulation.data.qvel[0] = np.nan
+        step(simulation)
+
+    monkeypatch.setattr(Simulation, "step", diverge)
+    with pytest.raises(SimulationError, match="not finite") as caught:
+        run("push_wall")
+    assert f"at {when:.1f}" in str(caught.value)
+    assert gc.isenabled()
+
+
+def test_an_error_of_another_kind_leaves_the_collector_as_it_was(monkeypatch):
+    def fail(*_):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(monitors.Watchdog, "check", fail)
+    gc.disable()
+    try:
+        with pytest.raises(ZeroDivisionError):
+            run("push_wall")
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
+    with pytest.raises(ZeroDivisionError):
+        run("push_wall")
+    assert gc.isenabled()
+
+
+def test_the_collector_is_off_while_the_arm_moves_and_on_afterwards(monkeypatch):
+    states = []
+    step = Simulation.step
+
+    def note(simulation):
+        states.append(gc.isenabled())
+        step(simulation)
+
+    monkeypatch.setattr(Simulation, "step", note)
+    run("push_wall")
+    assert not any(states)
+    assert gc.isenabled()
