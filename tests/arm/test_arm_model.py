@@ -138,7 +138,7 @@ def test_a_bad_state_is_refused(q, v, message):
         ({"friction_coulomb": np.full(7, np.inf)}, "friction_coulomb"),
     ],
 )
-def test_a_model_that_makes_no_sense_is_refused(arguments, message):
+def test_an_inconsistent_model_is_refused(arguments, message):
     arguments = {
         "locked_joints": ["panda_finger_joint1", "panda_finger_joint2"],
         "tool_frame": "panda_hand_tcp",
@@ -160,7 +160,7 @@ def test_files_that_cannot_be_used_are_named(tmp_path):
         ArmModel.load("hands/shovel")
 
 
-def test_a_joint_that_turns_without_end_is_named(tmp_path):
+def test_a_continuous_joint_is_named(tmp_path):
     text = panda_urdf().read_text()
     (tmp_path / "endless.urdf").write_text(
         text.replace('name="panda_joint7" type="revolute"', 'name="panda_joint7" type="continuous"')
@@ -169,7 +169,7 @@ def test_a_joint_that_turns_without_end_is_named(tmp_path):
         ArmModel.from_urdf(tmp_path / "endless.urdf", "panda_hand_tcp")
 
 
-def test_a_joint_is_locked_where_it_is_told():
+def test_a_joint_is_locked_at_the_given_position():
     names = {"panda_finger_joint1": 0.0, "panda_finger_joint2": 0.0}
     locked = ArmModel.from_urdf(panda_urdf(), "panda_hand_tcp", locked_joints={**names, "panda_joint7": 0.3})
     q = HOME["panda"]

@@ -1,4 +1,4 @@
-"""The compiled period answers as the long way does, or leaves the period to it."""
+"""The compiled period answers as the Python code does, or leaves the period to it."""
 
 import sys
 
@@ -44,7 +44,7 @@ def reference_near(state, rng, size):
 
 @pytest.mark.parametrize("friction", [True, False])
 @pytest.mark.parametrize(("mask", "weight"), [(None, 1.0), ([1, 1, 1, 0, 1, 1], [1.0, 2.0, 0.5, 1.0, 1.0, 3.0])])
-def test_the_torques_are_those_of_the_long_way(arm, friction, mask, weight):
+def test_the_torques_are_those_of_the_python_code(arm, friction, mask, weight):
     plain, compiled = both(arm, posture=HOME[arm.name], friction=friction, mask=mask, weight=weight)
     rng = np.random.default_rng(5)
     count = 0
@@ -62,7 +62,7 @@ def test_the_torques_are_those_of_the_long_way(arm, friction, mask, weight):
 
 
 @pytest.mark.parametrize("limits", [(), ("torque",), ("velocity", "position")])
-def test_limits_that_are_left_out_are_left_out_there_too(arm, limits):
+def test_limits_that_are_off_are_off_in_compiled_code_too(arm, limits):
     plain, compiled = both(arm, limits=limits)
     q = HOME[arm.name]
     state = arm.update(q, np.zeros(arm.nv))
@@ -73,7 +73,7 @@ def test_limits_that_are_left_out_are_left_out_there_too(arm, limits):
     np.testing.assert_allclose(short.command.torque, long.command.torque, rtol=0.0, atol=AGREEMENT)
 
 
-def test_what_is_unusual_goes_the_long_way(arm):
+def test_an_unusual_period_is_left_to_the_python_code(arm):
     _, compiled = both(arm)
     q, still = HOME[arm.name], np.zeros(arm.nv)
     state = arm.update(q, still)

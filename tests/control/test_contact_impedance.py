@@ -90,7 +90,7 @@ def test_any_directions_of_the_world_can_yield(arm, directions):
 
 
 @pytest.mark.parametrize("directions", [[0.0, 0.0, 0.0], [1.0, 2.0], [[np.nan, 0.0, 1.0]]])
-def test_directions_that_are_none_are_refused(arm, directions):
+def test_directions_that_are_zero_or_not_finite_are_refused(arm, directions):
     with pytest.raises(ConfigurationError, match="force_directions"):
         create(arm, force_directions=directions)
 
@@ -106,7 +106,7 @@ OWN = np.array([3.0, 0.0, -4.0, 0.0, 0.0, 0.0])
 
 
 @pytest.mark.parametrize("frame", ["world", "tool"])
-def test_gains_with_a_force_of_their_own_say_how_much_and_the_caller_when(arm, frame):
+def test_gains_with_a_desired_force_say_how_hard_and_the_caller_when(arm, frame):
     soft = Impedance(100.0, damping=[40.0] * 3 + [0.1] * 3, desired_force=OWN, frame=frame)
     controller = create(arm, soft, free=IMPEDANCE)
     axes = arm.update(HOME, np.zeros(7)).rotation if frame == "tool" else np.eye(3)
@@ -120,7 +120,7 @@ def test_gains_with_a_force_of_their_own_say_how_much_and_the_caller_when(arm, f
     np.testing.assert_allclose(added[:3], [0.0, 0.0, 25.0], atol=0.5)
 
 
-def test_gains_with_a_force_of_their_own_need_others_for_the_rest(arm):
+def test_gains_with_a_desired_force_need_free_gains(arm):
     with pytest.raises(ConfigurationError, match="desired_force acts while a force is asked for; give free gains"):
         create(arm, Impedance(100.0, desired_force=OWN))
     with pytest.raises(ConfigurationError, match="free gains have a place only beside gains with a desired_force"):
@@ -187,7 +187,7 @@ def test_a_desired_force_that_is_not_finite_is_refused(arm):
         step(arm, create(arm), np.full(6, np.nan))
 
 
-def test_gains_whose_force_nothing_asks_for_are_refused_before_anything_moves():
+def test_gains_whose_force_no_program_asks_for_are_refused_before_anything_moves():
     gains = str(path("hands/shovel", "impedance.toml"))
     for settings in ({"hand": "rbo_hand2", "controller.kind": "impedance"}, {"hand": "shovel", "program": "line"}):
         with pytest.raises(ConfigurationError, match="desired_force has no effect, because"):

@@ -312,7 +312,7 @@ def test_what_is_not_finite_is_refused_and_leaves_the_estimate():
     "argument",
     [{"bandwidth": 0.0}, {"bandwidth": np.nan}, {"rate": -1.0}, {"share": 0.0}, {"friction_scale": np.inf}],
 )
-def test_numbers_that_mean_nothing_are_refused(argument):
+def test_unusable_numbers_are_refused(argument):
     with pytest.raises(ConfigurationError, match=next(iter(argument))):
         DisturbanceObserver(load("wam7"), **argument)
 

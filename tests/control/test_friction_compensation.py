@@ -157,6 +157,6 @@ def test_an_arm_without_friction_gets_none():
 @pytest.mark.parametrize(
     "argument", [{"scale": 0.0}, {"scale": np.nan}, {"error_rate": -1.0}, {"gain": -0.1}, {"gain": np.inf}]
 )
-def test_numbers_that_mean_nothing_are_refused(argument):
+def test_unusable_numbers_are_refused(argument):
     with pytest.raises(ConfigurationError, match=next(iter(argument))):
         FrictionCompensation(load("wam7"), **argument)

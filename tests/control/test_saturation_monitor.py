@@ -28,7 +28,7 @@ def test_a_torque_limit_that_lasts_is_named(period, name):
     assert name in reason
 
 
-def test_limits_that_come_and_go_are_what_limits_are_for():
+def test_limits_that_come_and_go_are_no_saturation():
     a, b = output("torque[0] upper"), output("torque[1] upper")
     assert first_complaint(0.002, ([a] * 450 + [output()]) * 5) is None
     assert first_complaint(0.002, ([a] * 450 + [b] * 450) * 3) is None

@@ -145,7 +145,7 @@ def test_a_motor_that_binds_is_named_and_the_torques_stay_within_the_differentia
         ({"joint_to_motor": np.eye(7) + np.eye(7, k=1), "motor_torque_limit": np.full(7, 1e3)}, "lower one of the two"),
     ],
 )
-def test_a_transmission_that_makes_no_sense_is_refused(arguments, message):
+def test_an_inconsistent_transmission_is_refused(arguments, message):
     with pytest.raises(ModelError, match=message):
         without_friction("panda", **arguments)
 
@@ -188,7 +188,7 @@ def test_a_joint_far_outside_its_range_returns_no_faster_than_its_velocity_limit
     np.testing.assert_allclose(upper, bounds_at(velocity, q, v)[0])
 
 
-def test_one_limit_or_none_are_intersections_too(arm):
+def test_one_limit_or_no_limit_gives_bounds_too(arm):
     q, v = next(random_states(arm, 1))
     velocity = VelocityLimit(arm, RATE)
     _, lower, upper = intersect(AccelerationBounds([velocity], arm.nv), q, v)

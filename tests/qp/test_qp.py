@@ -104,7 +104,7 @@ def contradiction() -> QuadraticProgram:
     return problem._replace(lower=lower, upper=upper)
 
 
-def test_where_bounds_contradict_the_rows_the_bounds_give_way_and_the_rows_hold(solver):
+def test_if_bounds_contradict_the_rows_the_bounds_give_way_and_the_rows_hold(solver):
     problem = contradiction()
     n = len(problem.f)
     solution = qp.solve(problem, solver)
@@ -113,7 +113,7 @@ def test_where_bounds_contradict_the_rows_the_bounds_give_way_and_the_rows_hold(
     assert (solution.slack[:, n:] >= -qp.FEASIBILITY).all()
 
 
-def test_what_gives_way_is_least_squares_of_the_excess(solver):
+def test_softened_bounds_are_exceeded_in_least_squares(solver):
     problem = contradiction()
     np.testing.assert_allclose(qp.solve(problem, solver).x, least_distance(problem.softened())[:7], atol=1e-6)
 
@@ -166,7 +166,7 @@ def test_a_lower_bound_above_the_upper_one_is_an_error(solver, row, bound):
         qp.solve(problem._replace(lower=lower), solver)
 
 
-def test_a_row_of_zeros_is_passed_over_where_its_bounds_allow_zero(solver):
+def test_a_row_of_zeros_is_ignored_if_its_bounds_allow_zero(solver):
     problem = random_program(4, tight=0.3)
     G, lower, upper = problem.G.copy(), problem.lower.copy(), problem.upper.copy()
     G[2], lower[9], upper[9] = 0.0, -1.0, 0.0

@@ -44,7 +44,7 @@ def test_a_value_that_is_no_gain_is_named(tmp_path, text, message):
         load_gains(file)
 
 
-def test_truth_values_are_no_motion_gains_either():
+def test_booleans_are_no_motion_gains():
     for arguments in ({"stiffness": True}, {"stiffness": 1.0, "damping_ratio": True}):
         with pytest.raises(ConfigurationError, match="True must be"):
             MotionGains(**arguments)
@@ -99,7 +99,7 @@ def test_the_preset_moves_as_its_mass_damper_and_spring_along_the_tool_s_axes(na
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_explicit_damping_is_all_the_damping_there_is_without_a_ratio(name):
+def test_without_a_damping_ratio_only_explicit_damping_acts(name):
     arm = without_friction(name)
     task = ImpedanceTask(Impedance(400.0, damping_ratio=0.0, damping=[120.0] * 3 + [2.0] * 3))
     mobility = tool_mobility(arm, task.impedance, HOME[name])
@@ -244,7 +244,7 @@ def test_dampers_alone_have_no_stiffness_limit_but_their_own():
     assert stiffness_margin(arm, Impedance(1.0, damping=1e5), HOME["panda"]) == 0.0
 
 
-def test_springs_too_stiff_for_the_rate_are_refused_and_what_is_named_is_taken():
+def test_springs_too_stiff_for_the_rate_are_refused_and_the_named_stiffness_is_accepted():
     """The shipped springs on the bare flange, whose last joint has the inertia of a few coins."""
     arm = load("wam7")
     with pytest.raises(ConfigurationError, match=r"too hard for wam7 at 500 Hz.*take at most 0\.791 of its stiffness"):

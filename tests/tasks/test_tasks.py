@@ -154,7 +154,7 @@ def test_a_stretched_straight_arm_still_has_finite_damping():
     assert np.abs(wanted).max() < 1e4
 
 
-def test_a_shaped_inertia_stands_in_place_of_the_arm():
+def test_a_shaped_inertia_replaces_that_of_the_arm():
     arm = load("panda")
     state = at_home(arm)
     task = ImpedanceTask(Impedance([100.0] * 6, inertia=[20.0, 20.0, 5.0, 0.3, 0.3, 0.3]))
@@ -164,7 +164,7 @@ def test_a_shaped_inertia_stands_in_place_of_the_arm():
     np.testing.assert_allclose(wanted, [4.0 / 20.0, 0.0, 100.0 * 0.1 / 5.0, 0.0, 0.0, 0.0], atol=1e-9)
 
 
-def test_gains_of_one_kind_are_refused_where_the_other_is_meant():
+def test_gains_of_the_wrong_kind_are_refused():
     with pytest.raises(GainsError, match=r"MotionGains in 1/s², not Impedance"):
         FrameMotionTask(Impedance(500.0))
     with pytest.raises(GainsError, match=r"Impedance in N/m.*not MotionGains"):
@@ -172,14 +172,14 @@ def test_gains_of_one_kind_are_refused_where_the_other_is_meant():
 
 
 @pytest.mark.parametrize("weight", [-1.0, np.nan, 0.0, np.inf])
-def test_weights_that_mean_nothing_are_refused(weight):
+def test_unusable_weights_are_refused(weight):
     with pytest.raises(ArgumentError, match="weight"):
         FrameTask(weight)
 
 
 @pytest.mark.parametrize("argument", ["stiffness", "damping_ratio", "weight"])
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
-def test_posture_gains_that_mean_nothing_are_refused(argument, value):
+def test_unusable_posture_gains_are_refused(argument, value):
     with pytest.raises(ConfigurationError, match=argument):
         PostureTask(np.zeros(7), **{argument: value})
 
@@ -209,7 +209,7 @@ def test_gains_take_a_number_or_six_and_are_read_only():
         (Impedance, {"stiffness": 1.0, "dead_band": [-1.0, 0.0]}, "dead_band"),
     ],
 )
-def test_gains_that_mean_nothing_are_refused(kind, arguments, message):
+def test_unusable_gains_are_refused(kind, arguments, message):
     with pytest.raises(ConfigurationError, match=message):
         kind(**arguments)
 

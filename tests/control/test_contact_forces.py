@@ -106,7 +106,7 @@ def test_what_is_left_of_the_spring_takes_its_share(name, stiffness):
 
 @pytest.mark.parametrize(("normal", "along", "stiffness"), SLIDES)
 @pytest.mark.parametrize("name", ARMS)
-def test_the_sensor_makes_good_for_spring_and_joint_friction(name, normal, along, stiffness):
+def test_force_feedback_compensates_spring_and_joint_friction(name, normal, along, stiffness):
     arm = load(name)
     controller, desired = hybrid(arm, normal, force_gain=5.0), wrench_along(normal)
     forces = slide(arm, lambda o, r, s: controller.step(o, r, s, desired), stiffness, normal, along, WristSensor())
@@ -114,7 +114,7 @@ def test_the_sensor_makes_good_for_spring_and_joint_friction(name, normal, along
 
 
 @pytest.mark.parametrize("friction", [0.7, 1.3])
-def test_where_the_friction_is_not_the_model_s_only_the_sensor_keeps_the_force(friction):
+def test_if_friction_differs_from_the_model_only_force_feedback_keeps_the_force(friction):
     arm, desired, errors = load("wam7"), wrench_along(TO_WALL), []
     for gain in (0.0, 5.0):
         controller = hybrid(arm, TO_WALL, force_gain=gain)
@@ -126,7 +126,7 @@ def test_where_the_friction_is_not_the_model_s_only_the_sensor_keeps_the_force(f
     assert errors[1] < 0.05
 
 
-def test_joint_friction_holds_a_hand_at_rest_and_the_sensor_gets_it_loose():
+def test_joint_friction_holds_a_hand_at_rest_and_force_feedback_breaks_it_loose():
     arm, desired, pressed = load("wam7"), wrench_along(TO_WALL), []
     start = home(arm)
     wall = SpringWall(start.translation, -TO_WALL, 1e4)
@@ -211,7 +211,7 @@ def touch(arm, gains, normal, stiffness=1e4):
 
 @pytest.mark.parametrize("normal", [TO_WALL, DOWN])
 @pytest.mark.parametrize("name", ARMS)
-def test_the_hand_stays_in_touch_and_the_blow_is_that_of_its_inertia(name, normal):
+def test_the_hand_stays_in_contact_and_the_impact_is_that_of_its_inertia(name, normal):
     arm = without_friction(name)
     gains = Impedance(SPRINGS)
     mobility = tool_mobility(arm, gains, HOME[name])
