@@ -1,6 +1,6 @@
-"""Success rate with its interval by the number of objects, as `pilegrasp sweep` counts it, from Python.
+"""Success rate by the number of objects, with its 95 % interval: what `pilegrasp sweep` does, from Python.
 
-Usage: python scenarios/success_rate.py [FOLDER]. Run it again, and it does only what is missing.
+Usage: python scenarios/success_rate.py [FOLDER]. If you run it again, it does only what is missing.
 """
 
 import sys
@@ -11,6 +11,7 @@ from pilegrasp_ctrl.study.condition import conditions
 from pilegrasp_ctrl.study.summary import summarise
 
 SEEDS = range(5)
+"""Seeds of the piles; more seeds make the interval narrower."""
 
 
 def main(folder: Path) -> None:

@@ -1,11 +1,15 @@
-"""Follow a straight line with the WAM and its joint friction, without scene or contact; print the tracking error."""
+"""Follow a straight line with the WAM and its joint friction, without scene or contact; print the tracking error.
+
+Usage: python scenarios/track_line.py
+"""
 
 import numpy as np
 
 import pilegrasp_ctrl as pg
 from pilegrasp_ctrl.plant.tracking import simulate_tracking
 
-RATE = 1000.0  # [Hz]
+RATE = 1000.0
+"""Control rate [Hz]."""
 
 
 def main() -> None:

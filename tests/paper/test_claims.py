@@ -64,7 +64,7 @@ def test_a_few_attempts_decide_nothing(name):
     assert verdict(name, n=5) == "not decided"
 
 
-def test_a_grid_is_judged_by_the_mean_of_its_cells_though_one_of_them_was_run_more_often():
+def test_every_cell_of_a_grid_counts_alike_although_one_was_run_more_often():
     first, *others = roundness_grid("light_sphere", SHOVEL)
     weak = [(cell, {"n": 10, "rate": 0.7}) for cell in others]
     finding = BY_NAME["C5"].judge(world([(first, {"n": 100, "rate": 1.0}), *weak]))
@@ -80,7 +80,7 @@ def test_a_grid_is_judged_by_the_mean_of_its_cells_though_one_of_them_was_run_mo
         ("C9", spheres(0.36, "corner", SHOVEL)),
     ],
 )
-def test_a_grid_with_a_hole_decides_nothing(name, cell):
+def test_a_grid_with_a_cell_that_was_not_run_decides_nothing(name, cell):
     assert verdict(name, [(cell, {"n": 0})]) == "not decided"
 
 

@@ -13,7 +13,13 @@ from pilegrasp_ctrl.scenarios import FOLDER
 from pilegrasp_ctrl.scenarios.paper.conditions import HAND, SHOVEL, grasp, sized, spheres
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
 from pilegrasp_ctrl.scenarios.paper.experiment import ROBOT, SIMULATED, Experiment, ExperimentCondition
-from pilegrasp_ctrl.scenarios.paper.figures_objects import FIG06, FIG08, STRATEGY_CASES, roundness_grid
+from pilegrasp_ctrl.scenarios.paper.figures_objects import (
+    FIG06,
+    FIG08,
+    STRATEGY_CASES,
+    roundness_grid,
+    with_other_controller,
+)
 from pilegrasp_ctrl.scenarios.paper.figures_piles import COUNTS, FIG10, UNSUPPORTED, USUAL_PUSH, VELOCITY_FORCE
 from pilegrasp_ctrl.scenarios.paper.ledger import CLAIMS, choose_examples
 from pilegrasp_ctrl.scenarios.paper.plan import EXPERIMENTS, count_remaining, find_experiment, plan
@@ -47,6 +53,12 @@ def test_the_grids_are_those_of_the_paper():
     assert all(cell.scenario.pile.mass == 0.06 for cell in roundness_grid("cylinder", SHOVEL))
     assert len(STRATEGY_CASES) == 6
     assert {part.condition.scenario.pile.count for part in FIG10.conditions} == {18, *COUNTS}
+
+
+def test_each_hand_is_also_run_under_the_other_controller():
+    for hand, controller in ((HAND, "impedance"), (SHOVEL, "operational_space")):
+        assert grasp("light_sphere", hand=hand).scenario.controller.kind != controller
+        assert with_other_controller(hand).scenario.controller.kind == controller
 
 
 def test_equal_conditions_of_several_figures_are_run_once():

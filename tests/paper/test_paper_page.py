@@ -12,7 +12,7 @@ from paper_world import rows as made
 from paper_world import standard, usual
 from pilegrasp_ctrl.scenarios.paper import ledger
 from pilegrasp_ctrl.scenarios.paper.conditions import SHOVEL, grasp
-from pilegrasp_ctrl.scenarios.paper.figures_objects import strategy_pair, with_other_controller
+from pilegrasp_ctrl.scenarios.paper.figures_objects import strategy_pair
 from pilegrasp_ctrl.scenarios.paper.plan import EXPERIMENTS
 from pilegrasp_ctrl.scenarios.paper.run import write_results
 from pilegrasp_ctrl.study.attempt import AttemptReport
@@ -81,7 +81,7 @@ class _Page(HTMLParser):
         self.links += [value for key, value in attributes if key in ("href", "src")]
 
 
-def test_the_page_asks_for_nothing_and_its_parts_have_names_of_their_own(written):
+def test_the_page_loads_nothing_and_its_ids_are_unique(written):
     text = (written[0] / "index.html").read_text()
     page = _Page()
     page.feed(text)
@@ -96,14 +96,14 @@ def test_the_page_asks_for_nothing_and_its_parts_have_names_of_their_own(written
     assert "#01020" not in text
 
 
-def test_of_what_was_not_run_nothing_is_drawn(tmp_path):
+def test_an_experiment_that_was_not_run_has_no_figure(tmp_path):
     with fill(tmp_path, lambda condition: condition == strategy_pair("cylinder", "wall")[0]) as store:
         document = write_results(store, "command", 0, recordings=False)
     assert list(document["figures"]) == ["fig06"]
     assert [claim["id"] for claim in document["claims"] if claim["verdict"] != "not decided"] == ["C12", "C16"]
 
 
-def test_a_claim_shows_what_explains_it(tmp_path, monkeypatch):
+def test_a_claim_that_does_not_hold_shows_its_explanation(tmp_path, monkeypatch):
     file = tmp_path / "explanations.toml"
     file.write_text('[C1]\ntext = "Not run."\n[C3]\ntext = "Because <of> it."\ncommand = "pilegrasp run this"\n')
     monkeypatch.setattr(ledger, "EXPLANATIONS", file)
@@ -122,16 +122,9 @@ def test_a_claim_shows_what_explains_it(tmp_path, monkeypatch):
 @pytest.mark.browser
 @pytest.mark.skipif(find_chromium() is None, reason="no Chromium")
 @pytest.mark.parametrize("width", [390, 1280])
-def test_the_page_fits_a_screen_and_complains_about_nothing(written, width):
+def test_the_page_fits_the_screen_without_browser_errors(written, width):
     with Browser(find_chromium()) as browser:
         browser.open(written[0] / "index.html", width, 900)
         assert browser.evaluate("document.documentElement.scrollWidth") <= width
         assert browser.complaints() == []
         assert browser.evaluate("document.querySelectorAll('article').length") == 16
-
-
-def test_swapped_controllers_are_not_the_hands_own():
-    assert {with_other_controller(hand).scenario.controller.kind for hand in ("rbo_hand2", "shovel")} == {
-        "impedance",
-        "operational_space",
-    }
