@@ -128,7 +128,7 @@ def test_run_prints_a_summary(capsys, attempts):
     assert attempts[0]["record"] is False
 
 
-def test_run_hands_on_seed_and_settings(capsys, attempts):
+def test_run_uses_seed_and_settings(capsys, attempts):
     arguments = ["run", "spheres_wall", "--seed", 7, "--set", "pile.count=5", "--set", "pile.object=cube", "--json"]
     status, out, err = answer(capsys, *arguments)
     assert (status, err) == (0, "")
@@ -144,7 +144,7 @@ def test_run_takes_a_file(capsys, attempts, tmp_path):
     assert json.loads(out)["scenario"] == "cubes_wall"
 
 
-def test_an_attempt_that_holds_nothing_was_carried_out(capsys, attempts, monkeypatch):
+def test_an_attempt_that_holds_nothing_is_a_result(capsys, attempts, monkeypatch):
     fake = sys.modules["pilegrasp_ctrl.episode"]
     monkeypatch.setattr(fake, "run", lambda scenario, **_: FakeResult(scenario, 0, None, success=False))
     status, out, err = answer(capsys, "run", "spheres_wall")
@@ -289,7 +289,7 @@ def test_an_interrupt_is_status_130(capsys, attempts, monkeypatch):
     assert "Traceback" not in err
 
 
-def test_progress_is_shown_only_where_somebody_watches(capsys, attempts, monkeypatch):
+def test_progress_is_shown_only_on_a_terminal(capsys, attempts, monkeypatch):
     _, _, err = answer(capsys, "run", "spheres_wall", "--json")
     attempts[0]["progress"](0.5, "push")
     assert err + capsys.readouterr().err == ""

@@ -151,7 +151,7 @@ def test_a_study_without_scenarios_cannot_be_repeated(tmp_path, capsys, blind):
     assert "keeps no scenario for aaaa" in err
 
 
-def test_what_is_no_study_is_one_sentence(tmp_path, capsys):
+def test_a_folder_without_a_study_is_an_error_of_one_sentence(tmp_path, capsys):
     assert "no such study; `pilegrasp sweep" in report(tmp_path, capsys)[2]
     (tmp_path / "study.db").write_bytes(b"not a database, and long enough to be read as one" * 50)
     status, _, err = report(tmp_path, capsys)

@@ -131,7 +131,7 @@ def test_a_study_of_another_version_is_refused(capsys, begun, tmp_path):
         (("--seeds", "0:1", "--jobs", "2", "--scheduler", "tcp://10.0.0.1:8786"), "leave out one of the two"),
     ],
 )
-def test_what_cannot_be_asked_is_told_before_anything_is_made(capsys, begun, tmp_path, options, sentence):
+def test_wrong_options_are_refused_before_anything_is_made(capsys, begun, tmp_path, options, sentence):
     status, out, err = answer(capsys, "sweep", "spheres_wall", *options, "--out", tmp_path / "study")
     assert (status, out) == (2, "")
     assert sentence in err
@@ -150,7 +150,7 @@ def test_values_are_toml_or_text():
         parse_vary(["=3"])
 
 
-def test_the_bar_tells_rate_time_left_and_running_success(capsys, begun, tmp_path, monkeypatch):
+def test_the_bar_shows_rate_time_left_and_success_so_far(capsys, begun, tmp_path, monkeypatch):
     assert describe_progress(StudyProgress(100, 10, 0, 9, 0, 0.0)) == "success 90%"
     assert describe_progress(StudyProgress(100, 10, 30, 38, 2, 60.0)) == "30/min, 0:02:00 left, success 95%, 2 errors"
     assert describe_progress(StudyProgress(100, 0, 0, 0, 0, 0.0)) == "first attempts"
@@ -218,7 +218,7 @@ def test_without_pyarrow_parquet_is_refused_with_the_remedy(capsys, begun, tmp_p
 @pytest.mark.parametrize(
     ("output", "sentence"), [("a.html", "must end in .csv or .parquet"), ("no/a.csv", "does not exist")]
 )
-def test_a_study_cannot_become_anything_else(capsys, begun, tmp_path, output, sentence):
+def test_a_study_is_exported_only_as_a_table(capsys, begun, tmp_path, output, sentence):
     answer(capsys, *SWEEP, tmp_path / "study")
     status, _, err = answer(capsys, "export", tmp_path / "study", tmp_path / output)
     assert status == 2

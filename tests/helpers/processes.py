@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def is_there(process):
-    """Whether a process runs; one that has ended and that nobody has asked for yet does not."""
+    """Return whether a process runs; one that has ended does not, even while its parent has not collected it."""
     try:
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except FileNotFoundError:

@@ -39,7 +39,7 @@ def study(tmp_path_factory):
         yield store, seen
 
 
-def test_an_attempt_that_raises_is_a_row_and_stops_nobody(study):
+def test_an_attempt_that_raises_is_a_row_and_stops_no_other(study):
     store, _ = study
     rows = store.attempts(short_attempts())
     assert [row.success for row in rows] == [True, True, True, True, False, False]
@@ -129,7 +129,7 @@ def test_workers_with_several_threads_are_refused(cluster, monkeypatch):
             pool.width()
 
 
-def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
+def test_a_missing_scheduler_is_an_error_with_the_remedy(monkeypatch):
     monkeypatch.setattr("pilegrasp_ctrl.study.cluster_pool.CONNECT_TIMEOUT", 0.2)
     with pytest.raises(ConfigurationError, match=r"no scheduler answers at 'tcp://127\.0\.0\.1:1'"):
         ClusterPool("tcp://127.0.0.1:1")
@@ -164,7 +164,7 @@ def test_a_worker_of_another_version_or_with_another_file_refuses_the_attempt(tm
         ({"controller.gains": ["missing.toml"]}, "missing.toml: no such file"),
     ],
 )
-def test_what_no_worker_could_use_is_told_before_any_starts(tmp_path, changes, sentence):
+def test_a_scenario_that_cannot_run_is_refused_before_a_worker_starts(tmp_path, changes, sentence):
     with pytest.raises(ConfigurationError, match=sentence):
         run_study([(condition, 0) for condition in conditions("spheres_wall", changes)], tmp_path / "study")
     assert not (tmp_path / "study").exists()
@@ -179,7 +179,7 @@ def test_what_no_worker_could_use_is_told_before_any_starts(tmp_path, changes, s
         ({"measure": "nothing"}, "give package.module.function"),
     ],
 )
-def test_arguments_out_of_range_are_told(tmp_path, arguments, sentence):
+def test_arguments_out_of_range_are_refused(tmp_path, arguments, sentence):
     with pytest.raises(ConfigurationError, match=sentence):
         run_study(short_attempts(1), tmp_path, **arguments)
     with pytest.raises(ConfigurationError, match="seed = -1"):

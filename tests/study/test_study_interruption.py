@@ -1,4 +1,4 @@
-"""A study that is killed or interrupted: nothing finished is lost, nothing is done twice, and nobody is left behind."""
+"""A study that is killed or interrupted loses no finished attempt, repeats none, and leaves no process behind."""
 
 import json
 import os
@@ -28,8 +28,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are l
 
 def begin(command, **variables):
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(TESTS), *sys.path])} | variables
-    # A session of its own, so that a Ctrl-C reaches its workers as well, as in a terminal; a shell's background job, as
-    # the tests may be one, would ignore it.
+    # In its own process group a Ctrl-C reaches the workers too, as in a terminal. A background job of a shell would ignore it.
     return subprocess.Popen(
         command,
         env=environment,
@@ -42,7 +41,7 @@ def begin(command, **variables):
 
 
 def rows(folder):
-    """Read the table as anyone may; what a killed writer left half-done is rolled back by that."""
+    """Read the table with SQLite alone; reading rolls back what a killed writer left half-done."""
     if not (folder / "study.db").exists():
         return []
     with sqlite3.connect(folder / "study.db", timeout=60) as connection:

@@ -1,4 +1,4 @@
-"""What a study remembers, what it refuses, and how it counts."""
+"""The store of a study: what it keeps, what it refuses, and how it counts."""
 
 import json
 import sqlite3
@@ -62,13 +62,13 @@ def test_every_combination_is_a_condition():
         ({"pile.count": [3, 3]}, {}, "pile.count = 3 and pile.count = 3 are the same configuration"),
     ],
 )
-def test_what_cannot_be_varied_is_told_in_one_sentence(vary, overrides, sentence):
+def test_values_that_cannot_be_varied_are_named_in_one_sentence(vary, overrides, sentence):
     with pytest.raises(ConfigurationError, match=sentence) as error:
         conditions("spheres_wall", vary, overrides)
     assert "\n" not in str(error.value)
 
 
-def test_a_row_is_there_for_whoever_opens_the_file(store, counts):
+def test_any_reader_of_the_file_finds_the_row(store, counts):
     store.add([report(counts[0], 7)])
     with sqlite3.connect(store.path) as other:
         columns = [column[1] for column in other.execute("PRAGMA table_info(attempts)")]
@@ -81,12 +81,12 @@ def test_a_row_is_there_for_whoever_opens_the_file(store, counts):
     assert sorted(path.name for path in store.folder.iterdir()) == ["study.db"]
 
 
-def test_the_disk_has_an_attempt_before_the_next_one(store):
+def test_a_transaction_is_on_the_disk_when_it_ends(store):
     assert store._connection.execute("PRAGMA synchronous").fetchone() == (3,)
     assert store._connection.execute("PRAGMA journal_mode").fetchone() == ("delete",)
 
 
-def test_an_attempt_is_there_once(store, counts):
+def test_an_attempt_is_stored_once(store, counts):
     store.add([report(counts[0], 0)])
     with pytest.raises(ExportError, match="UNIQUE"):
         store.add([report(counts[1], 0), report(counts[0], 0)])
@@ -171,7 +171,7 @@ def test_another_study_is_refused_with_the_reason(store, counts):
         store.adopt(counts, ORIGINS, {"scenario": {"pile": {"count": 5}}})
 
 
-def test_what_is_no_study_is_refused(tmp_path):
+def test_a_file_that_is_not_a_study_is_refused(tmp_path):
     with pytest.raises(ExportError, match="no such study"):
         StudyStore(tmp_path)
     (tmp_path / "study.db").write_text("not a database, but long enough to be taken for something else " * 20)

@@ -53,7 +53,7 @@ def test_an_error_of_the_function_ends_all_workers(tmp_path):
     wait_until_gone(processes)
 
 
-def test_workers_that_cannot_start_are_told_and_cost_no_attempt(tmp_path):
+def test_workers_that_cannot_start_are_an_error_with_the_remedy(tmp_path):
     script = tmp_path / "unguarded.py"
     script.write_text(
         "from study_tasks import work\n"

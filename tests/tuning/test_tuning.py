@@ -157,7 +157,7 @@ def test_two_searches_do_not_write_to_one_folder(tmp_path):
         run_search(search(tmp_path), 1, function=made_up)
 
 
-def test_a_failed_trial_is_remembered_with_its_reason_and_never_chosen(tmp_path):
+def test_a_failed_trial_is_kept_with_its_reason_and_never_chosen(tmp_path):
     def fails(task):
         report = made_up(task)
         return replace(report, measured=None, ringing=(), reason="the arm fell") if task.number % 2 else report
@@ -173,7 +173,7 @@ def test_a_failed_trial_is_remembered_with_its_reason_and_never_chosen(tmp_path)
 
 
 @pytest.mark.parametrize(("trials", "jobs"), [(0, 1), (1, 0)])
-def test_numbers_that_make_no_sense_are_refused(tmp_path, trials, jobs):
+def test_no_trials_and_no_jobs_are_refused(tmp_path, trials, jobs):
     with pytest.raises(ConfigurationError, match="at least 1"):
         run_search(search(tmp_path), trials, jobs, function=made_up)
 
@@ -278,7 +278,7 @@ def test_the_page_needs_nothing_from_elsewhere(tuned):
     assert "pilegrasp tune free_space_line" in page
 
 
-def test_gains_with_which_the_arm_does_not_get_there_are_a_failed_trial(tmp_path):
+def test_gains_that_miss_the_goal_are_a_failed_trial(tmp_path):
     gains = tmp_path / "gains.toml"
     gains.write_text(gains_text(MotionGains([25.0] * 3 + [10000.0] * 3)))
     keys = {"controller.kind": "operational_space", "controller.gains": str(gains), "line.speed": 0.3}
