@@ -28,7 +28,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are l
 
 def begin(command, **variables):
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(TESTS), *sys.path])} | variables
-    # In its own process group a Ctrl-C reaches the workers too, as in a terminal. A background job of a shell would ignore it.
+    # In its own process group a Ctrl-C reaches the workers too, as in a terminal. A background job would ignore it.
     return subprocess.Popen(
         command,
         env=environment,
