@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import base64
 import json
+import stat
 from pathlib import Path
 from typing import Any
 
 from pilegrasp_ctrl.viewer.chromium import Chromium, find_chromium
 
-__all__ = ["Browser", "find_chromium"]
+__all__ = ["Browser", "find_chromium", "program"]
 
 
 class Browser(Chromium):
@@ -50,3 +51,11 @@ class Browser(Chromium):
             if event["entry"]["level"] in ("error", "warning")
         ]
         return console + thrown + logged
+
+
+def program(folder: Path, name: str, text: str) -> Path:
+    """Write a script that stands for a program, and return its path."""
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    return path

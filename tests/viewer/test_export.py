@@ -1,11 +1,9 @@
-"""Contact sheets and movies of a recording: what is in them, and what is said where a program is missing."""
+"""Contact sheets and movies of a recording: which moments they show, and how."""
 
 from __future__ import annotations
 
 import os
 import shutil
-import stat
-import sys
 from dataclasses import replace
 from itertools import pairwise
 
@@ -13,8 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from browser import find_chromium
-from pilegrasp_ctrl import cli
+from browser import program
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.viewer import write
 from pilegrasp_ctrl.viewer.contact_sheet import MAX_TILES, USUAL_TILES, moments
@@ -24,7 +21,9 @@ from synthetic_recording import PHASES, synthetic
 
 HOSTILE = '</script><script>window.pwned=1</script><img src="x" onerror="window.pwned=1">${pwned=1}`'
 
+
 SPEED = 20.0
+
 
 # Counts the pictures that reach it, in place of a movie; the last argument is the file.
 COUNTING_FFMPEG = """#!/bin/sh
@@ -32,67 +31,14 @@ for last; do :; done
 grep -a -o PNG | wc -l > "${last#file:}"
 """
 
-FAILING_FFMPEG = """#!/bin/sh
-echo "Unknown encoder" >&2
-exit 1
-"""
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    if find_chromium() is None:
-        reason = "Chromium is not installed; install it or name one in PILEGRASP_CHROMIUM"
-        if os.environ.get("CI") == "true":
-            pytest.fail(reason)
-        pytest.skip(reason)
-
 
 @pytest.fixture(scope="module")
 def attempt():
     return synthetic(frames=60, objects=6)
 
 
-@pytest.fixture
-def saved(attempt, tmp_path):
-    attempt.save(tmp_path / "a.npz")
-    return tmp_path / "a.npz"
-
-
-def answer(capsys, *arguments):
-    status = cli.main([str(argument) for argument in arguments])
-    out, err = capsys.readouterr()
-    return status, out, err
-
-
-def assert_one_sentence(err):
-    assert err.startswith("error: ")
-    assert err.count("\n") == 1
-    assert "internal" not in err
-
-
-def assert_refused(capsys, saved, name, *words):
-    """The export ends with status 2 and one sentence, and the folder is as it was."""
-    before = sorted(saved.parent.iterdir())
-    status, out, err = answer(capsys, "export", saved, saved.parent / name)
-    assert (status, out) == (2, "")
-    assert_one_sentence(err)
-    for word in words:
-        assert word in err
-    assert sorted(saved.parent.iterdir()) == before
-
-
-def program(folder, name, text):
-    path = folder / name
-    path.write_text(text, encoding="utf-8")
-    path.chmod(path.stat().st_mode | stat.S_IXUSR)
-    return path
-
-
 def pixels(image):
     return np.asarray(image.convert("RGB")).astype(float)
-
-
-# ---- which moments ----
 
 
 def test_the_sheet_holds_start_and_end_of_each_primitive(attempt):
@@ -155,9 +101,6 @@ def test_a_movie_runs_from_the_first_frame_to_the_last(attempt, speed):
 def test_a_movie_that_would_not_end_is_refused():
     with pytest.raises(ExportError, match=f"more than {MAX_FRAMES}; give a speed of 1"):
         frame_times(synthetic(frames=2, duration=2500.0), 15.0, 1.0)
-
-
-# ---- what is in them ----
 
 
 @pytest.mark.browser
@@ -257,97 +200,3 @@ def test_an_mp4_gets_every_frame_and_holds_the_last(chromium, attempt, tmp_path,
 def test_a_real_mp4_is_one(chromium, attempt, tmp_path):
     write(attempt, tmp_path / "a.mp4", speed=40.0)
     assert (tmp_path / "a.mp4").read_bytes()[4:8] == b"ftyp"
-
-
-# ---- what goes wrong ----
-
-
-@pytest.mark.parametrize("name", ["a.png", "a.gif"])
-def test_without_chromium_one_sentence_says_what_to_install(capsys, saved, monkeypatch, name):
-    monkeypatch.delenv("PILEGRASP_CHROMIUM", raising=False)
-    monkeypatch.setattr(shutil, "which", lambda name: None)
-    assert_refused(capsys, saved, name, "Chromium", "apt-get install chromium", "PILEGRASP_CHROMIUM")
-
-
-@pytest.mark.parametrize(
-    ("browser", "words"), [("/nowhere/chromium", "which is not a program"), ("false", "ended by itself")]
-)
-def test_a_browser_that_does_not_start_is_named(capsys, saved, monkeypatch, browser, words):
-    monkeypatch.setenv("PILEGRASP_CHROMIUM", browser)
-    assert_refused(capsys, saved, "a.png", browser, words)
-
-
-def test_without_ffmpeg_one_sentence_names_both_remedies(capsys, saved, monkeypatch):
-    monkeypatch.setattr(shutil, "which", lambda name: None)
-    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    assert_refused(capsys, saved, "a.mp4", "apt-get install ffmpeg", "pip install imageio-ffmpeg", ".gif works")
-
-
-@pytest.mark.browser
-def test_an_ffmpeg_that_fails_is_quoted(chromium, capsys, saved, tmp_path, monkeypatch):
-    tools = tmp_path / "tools"
-    tools.mkdir()
-    program(tools, "ffmpeg", FAILING_FFMPEG)
-    monkeypatch.setenv("PATH", f"{tools}{os.pathsep}{os.environ['PATH']}")
-    assert_refused(capsys, saved, "a.mp4", "Unknown encoder")
-
-
-@pytest.mark.browser
-def test_an_interrupt_leaves_neither_a_file_nor_a_browser(chromium, attempt, tmp_path, monkeypatch):
-    begun = []
-    draw = Stills.frame
-
-    def interrupted(self, *arguments):
-        begun.append(self)
-        if len(begun) == 3:
-            raise KeyboardInterrupt
-        return draw(self, *arguments)
-
-    monkeypatch.setattr(Stills, "frame", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        write(attempt, tmp_path / "a.gif", speed=SPEED)
-    assert list(tmp_path.iterdir()) == []
-    assert begun[0]._browser._process.poll() is not None
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["a.html", "--speed", "2"], "--speed is for movies"),
-        (["a.png", "--speed", "2"], "--speed is for movies"),
-        (["a.gif", "--speed", "0"], "out of range"),
-        (["a.gif", "--speed", "nan"], "out of range"),
-        (["a.webm"], "must end in .html, .png, .gif or .mp4"),
-        (["nowhere/a.gif"], "does not exist"),
-    ],
-)
-def test_what_cannot_be_written_is_said(capsys, saved, arguments, words):
-    name, *options = arguments
-    status, out, err = answer(capsys, "export", saved, saved.parent / name, *options)
-    assert (status, out) == (2, "")
-    assert_one_sentence(err)
-    assert words in err
-    assert [path.name for path in saved.parent.iterdir()] == ["a.npz"]
-
-
-def test_write_knows_no_other_suffix(attempt, tmp_path):
-    with pytest.raises(ExportError, match=r"must end in \.html, \.png, \.gif or \.mp4"):
-        write(attempt, tmp_path / "a.pdf")
-
-
-def test_run_refuses_a_picture_it_could_not_draw_before_it_simulates(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr("pilegrasp_ctrl.episode.run", lambda *_, **__: pytest.fail("the attempt has begun"))
-    monkeypatch.setenv("PILEGRASP_CHROMIUM", "/nowhere/chromium")
-    status, out, err = answer(capsys, "run", "spheres_wall", "--export", tmp_path / "a.png")
-    assert (status, out) == (2, "")
-    assert_one_sentence(err)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_run_exports_by_the_suffix(capsys, tmp_path):
-    short = ["--set", "line.displacement=[0.0, 0.02, 0.0]"]
-    files = ["--html", tmp_path / "a.html", "--export", tmp_path / "b.html"]
-    status, out, _ = answer(capsys, "run", "free_space_line", *short, *files)
-    assert status == 0
-    assert f"wrote {tmp_path / 'b.html'}" in out
-    assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
