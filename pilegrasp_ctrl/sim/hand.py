@@ -18,6 +18,7 @@ from ..robots import description
 from ..sections import HandModelConfig
 from ..types import Array, MassProperties, Pose
 from .contact import END_EFFECTOR_RANK, Surface
+from .hand_parts import finger_directions
 from .rbo_hand2 import add_rbo_hand2
 from .shovel import add_shovel
 
@@ -133,9 +134,7 @@ class Hand:
     @property
     def transform_tool_to_flange(self) -> Pose:
         """Tool frame: x along the fingers, z normal to the palm, origin in the middle of the fingertips."""
-        angle = math.radians(self.parameters["hand"]["finger_angle_deg"])
-        along = np.array([-math.sin(angle), 0.0, math.cos(angle)])
-        normal = np.array([math.cos(angle), 0.0, math.sin(angle)])
+        along, normal = finger_directions(self.parameters["hand"]["finger_angle_deg"])
         rotation = np.column_stack([along, np.cross(normal, along), normal])
         return Pose(self.parameters["hand"]["tool_origin"], rotation)
 

@@ -1,7 +1,8 @@
-"""Parts that the hands share: the wrist sensor's body, and the orientation of a part."""
+"""Parts that the hands share: the wrist sensor's body, the directions of the fingers, and the orientation of a part."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import mujoco
@@ -12,6 +13,18 @@ from ..types import Array
 
 DARK = (0.16, 0.17, 0.19, 1.0)
 """Colour of sensor and bracket (rgba)."""
+
+
+def finger_directions(angle_deg: float) -> tuple[Array, Array]:
+    """Return the direction of the fingers (3,) and the palm's normal (3,), in the flange's frame.
+
+    Args:
+        angle_deg: Angle of the fingers against the flange's axis, toward its negative x axis [deg].
+    """
+    angle = math.radians(angle_deg)
+    along = np.array([-math.sin(angle), 0.0, math.cos(angle)])
+    normal = np.array([math.cos(angle), 0.0, math.sin(angle)])
+    return along, normal
 
 
 def frame_quaternion(x_axis: ArrayLike, z_hint: ArrayLike) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..types import Array
-from .hand_parts import add_wrist_sensor, frame_quaternion
+from .hand_parts import add_wrist_sensor, finger_directions, frame_quaternion
 
 SILICONE = (0.93, 0.80, 0.62, 1.0)
 """Colour of fingers and palm (rgba)."""
@@ -40,9 +40,7 @@ def add_rbo_hand2(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) ->
     """Add sensor and hand to the body `root` in the flange's frame, by the numbers of `robot.toml`."""
     add_wrist_sensor(spec, root, parameters["sensor"])
     fingers, thumb, pneumatics = parameters["fingers"], parameters["thumb"], parameters["pneumatics"]
-    angle = np.radians(parameters["hand"]["finger_angle_deg"])
-    palm_normal = np.array([np.cos(angle), 0.0, np.sin(angle)])
-    along = np.array([-np.sin(angle), 0.0, np.cos(angle)])
+    along, palm_normal = finger_directions(parameters["hand"]["finger_angle_deg"])
     web, hinge = _add_palm(root, parameters["palm"], along, pneumatics)
     for name in fingers["base"]:
         _add_finger(spec, root, name, fingers, fingers["base"][name], fingers["tip"][name], palm_normal, pneumatics)

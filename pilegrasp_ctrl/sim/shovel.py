@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from .hand_parts import DARK, add_wrist_sensor, frame_quaternion
+from .hand_parts import DARK, add_wrist_sensor, finger_directions, frame_quaternion
 
 PLASTIC = (0.20, 0.42, 0.62, 1.0)
 """Colour of the shovel (rgba)."""
@@ -21,9 +20,7 @@ def add_shovel(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> No
     """Add sensor and shovel to the body `root` in the flange's frame, by the numbers of `robot.toml`."""
     add_wrist_sensor(spec, root, parameters["sensor"])
     scoop, hand = parameters["scoop"], parameters["hand"]
-    angle = math.radians(hand["finger_angle_deg"])
-    along = np.array([-math.sin(angle), 0.0, math.cos(angle)])
-    normal = np.array([math.cos(angle), 0.0, math.sin(angle)])
+    along, normal = finger_directions(hand["finger_angle_deg"])
     body = root.add_body(name="scoop", pos=hand["tool_origin"], quat=frame_quaternion(along, normal))
     length, width, half = scoop["length"], scoop["width"], scoop["thickness"] / 2.0
     wall, back = scoop["wall_height"] / 2.0, scoop["back_height"] / 2.0

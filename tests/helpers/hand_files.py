@@ -15,7 +15,7 @@ from pilegrasp_ctrl.sim.hand import Hand
 _ROW = re.compile(r"^\| `([\w.]+)` \| ([^|]*) \|", re.MULTILINE)
 
 
-def mjcf(hand: Hand) -> str:
+def make_mjcf(hand: Hand) -> str:
     """Return the MJCF of sensor and hand on a fixed flange, for any MuJoCo viewer.
 
     Nothing in it collides: a scene adds the contact pairs that it needs.
@@ -26,22 +26,22 @@ def mjcf(hand: Hand) -> str:
     return f"<!-- Made from robot.toml by `make hands`; a change here is lost. -->\n{spec.to_xml().strip()}\n"
 
 
-def flat(table: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+def flatten(table: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return the entries of nested tables by their dotted keys."""
     entries: dict[str, Any] = {}
     for key, value in table.items():
-        entries.update(flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value})
+        entries.update(flatten(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value})
     return entries
 
 
-def documented(readme: str) -> dict[str, str]:
+def read_rows(readme: str) -> dict[str, str]:
     """Return the key and the value, as text, of every row of the README's tables of parameters."""
     return dict(_ROW.findall(readme))
 
 
-def with_values(readme: str, parameters: dict[str, Any]) -> str:
+def replace_values(readme: str, parameters: dict[str, Any]) -> str:
     """Return the README with the values of `parameters`; a row whose key is not among them stays as it is."""
-    texts = {key: _text(value) for key, value in flat(parameters).items()}
+    texts = {key: _text(value) for key, value in flatten(parameters).items()}
     return _ROW.sub(lambda row: f"| `{row[1]}` | {texts.get(row[1], row[2])} |", readme)
 
 
@@ -53,8 +53,8 @@ def write(name: str) -> tuple[Path, Path]:
     """
     hand = Hand.load(name)
     model, readme = path("hands", name) / f"{name}.xml", path("hands", name, "README.md")
-    model.write_text(mjcf(hand), encoding="utf-8")
-    readme.write_text(with_values(readme.read_text(encoding="utf-8"), hand.parameters), encoding="utf-8")
+    model.write_text(make_mjcf(hand), encoding="utf-8")
+    readme.write_text(replace_values(readme.read_text(encoding="utf-8"), hand.parameters), encoding="utf-8")
     return model, readme
 
 

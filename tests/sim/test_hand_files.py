@@ -75,7 +75,7 @@ def test_a_changed_parameter_is_found(name, table, key, field):
     parameters[table][key] *= 1.02
     changed = replace(hand, parameters=parameters)
     assert field in differences(mujoco.MjModel.from_xml_path(str(file(name))), changed.standalone_spec().compile())
-    assert hand_files.with_values(readme(name), parameters) != readme(name)
+    assert hand_files.replace_values(readme(name), parameters) != readme(name)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -102,8 +102,8 @@ def test_the_mjcf_runs_alone_and_reads_its_own_weight(name):
 def test_the_readme_lists_every_number_with_its_value(name):
     parameters = Hand.load(name).parameters
     text = readme(name)
-    assert hand_files.documented(text).keys() == hand_files.flat(parameters).keys()
-    assert hand_files.with_values(text, parameters) == text, AGAIN
+    assert hand_files.read_rows(text).keys() == hand_files.flatten(parameters).keys()
+    assert hand_files.replace_values(text, parameters) == text, AGAIN
 
 
 def test_the_readme_states_the_stiffness_at_the_tip():

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from hand_files import flat
+from hand_files import flatten
 from pilegrasp_ctrl import robots
 from pilegrasp_ctrl.config import Scenario, build_scenario, load_scenario
 from pilegrasp_ctrl.exceptions import ConfigurationError
@@ -20,7 +20,7 @@ RIGID = ("friction", "restitution", "sensor_mass")
 
 def changes(hand, model):
     """The numbers of robot.toml that a model changes, with the ratio."""
-    shipped, varied = flat(Hand.load(hand).parameters), flat(Hand.load(hand, model).parameters)
+    shipped, varied = flatten(Hand.load(hand).parameters), flatten(Hand.load(hand, model).parameters)
     return {key: varied[key] / shipped[key] for key in shipped if varied[key] != shipped[key]}
 
 
