@@ -98,8 +98,9 @@ def step_response(
         SimulationError: The loop diverges.
     """
     q = np.asarray(q, dtype=np.float64)
+    start = arm.update(q, np.zeros(arm.nv)).pose
     try:
-        jump = Step(arm.update(q, np.zeros(arm.nv)).pose, displacement, rotation)
+        jump = Step(start, displacement, rotation)
     except (TypeError, ValueError) as error:
         raise ConfigurationError(f"a step takes a displacement and a rotation of three numbers each: {error}") from None
     step = np.concatenate((jump.displacement, jump.rotation))
