@@ -51,7 +51,7 @@ def grasp(
         hand: End-effector.
         count: Number of objects; that of `COUNTS` if None.
         mass: Mass of an object [kg]; that of its file if None.
-        angles: alpha and beta [deg].
+        angles: Angles alpha and beta [deg].
         keys: Other scenario keys, with `__` in place of the dot.
     """
     varied: dict[str, Any] = {"hand": hand, "support.kind": support, "pile.object": object_model}
