@@ -44,7 +44,7 @@ class RecordedProgram(NamedTuple):
         problem: Program.
         x: (n,) Optimum of the program or, where it is infeasible, that of `problem.softened()` [rad/s²].
         excess: (n,) Excess of x over its own bounds there; zero for a feasible program [rad/s²].
-        multipliers: (2 n,) Multipliers of the bounds on x, then on G x: `H x + f = multipliers of x + Gᵀ multipliers of G x`,
+        multipliers: (2 n,) Multipliers of the bounds on x, then on G x, with `H x + f` = those of x + Gᵀ those of G x;
             positive where a lower bound is active, negative where an upper one is.
         certificate: (n,) Vector y that proves a program infeasible: `yᵀ G x` is larger for every G x within its
             bounds than for any x within its own. Zero for a feasible program.

@@ -22,11 +22,11 @@ class SaturationMonitor:
         self.time, self._period = time, period
         self._since: dict[str, float] = {}
 
-    def update(self, output: ControllerOutput) -> str:
-        """Count one more control period, and return what has lasted for too long, or ""."""
+    def update(self, output: ControllerOutput) -> str | None:
+        """Count one more control period, and return what has lasted for too long, or None."""
         if not output.active_limits and not output.fallback:
             self._since.clear()
-            return ""
+            return None
         names = [name for name in output.active_limits if name.startswith(("torque", "motor"))]
         if output.fallback:
             names.append("solver")
@@ -34,4 +34,4 @@ class SaturationMonitor:
         for name, lasted in self._since.items():
             if lasted > self.time:
                 return f"{output.fallback if name == 'solver' else f'{name} limit'} for {self.time:g} s"
-        return ""
+        return None

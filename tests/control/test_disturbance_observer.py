@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from arms import ARMS, HOME, load, random_states, rubbing, without_friction
+from arms import ARMS, HOME, load, random_states, with_friction, without_friction
 from pilegrasp_ctrl.control.disturbance_observer import DisturbanceObserver, ObservedController
 from pilegrasp_ctrl.control.friction_compensation import FrictionCompensation
 from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
@@ -77,7 +77,7 @@ def test_a_known_push_is_estimated_on_the_way(name):
 @pytest.mark.parametrize("name", ARMS)
 def test_friction_that_is_fed_forward_is_not_seen_as_a_disturbance(name):
     """It would be cancelled twice; for a controller without feed-forward the observer takes all of it."""
-    arm, home = rubbing(name), HOME[name]
+    arm, home = with_friction(name), HOME[name]
     line = a_line(arm)
     rms = {}
     for friction in (True, False):
@@ -108,7 +108,7 @@ def test_encoder_noise_comes_through_as_bandwidth_times_momentum(name):
 @pytest.mark.parametrize("factor", [0.7, 1.3])
 @pytest.mark.parametrize("name", ARMS)
 def test_payload_and_wrong_friction_together_leave_less_than_a_tenth_of_a_millimetre(name, factor):
-    arm, home = rubbing(name), HOME[name]
+    arm, home = with_friction(name), HOME[name]
     line = a_line(arm, 0.1)
     true = {"friction_coulomb": factor * arm.friction_coulomb, "friction_viscous": factor * arm.friction_viscous}
     left = {}
@@ -127,7 +127,7 @@ def test_payload_and_wrong_friction_together_leave_less_than_a_tenth_of_a_millim
 
 @pytest.mark.parametrize("name", ARMS)
 def test_a_faster_approach_of_the_friction_feed_forward_halves_the_pull_of_the_posture(name):
-    arm, home = rubbing(name), HOME[name]
+    arm, home = with_friction(name), HOME[name]
     line = a_line(arm, 0.1)
     controller = observed(arm, 10.0, home, friction=FrictionCompensation(arm, error_rate=15.0))
     motion = simulate_tracking(ArmSimulation(arm, payload=0.5), controller, line.at, home, line.duration + 1.5)

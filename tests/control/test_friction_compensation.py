@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from arms import ARMS, HAND, HOME, load, rubbing, without_friction
+from arms import ARMS, HAND, HOME, load, with_friction, without_friction
 from pilegrasp_ctrl.control.friction_compensation import FrictionCompensation
 from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
 from pilegrasp_ctrl.exceptions import ConfigurationError
@@ -26,7 +26,7 @@ def lengths(motion):
 
 
 def test_friction_is_compensated_within_a_millimetre_and_not_without_the_feed_forward():
-    arm, q = rubbing("wam7", tool=HAND), HOME["wam7"]
+    arm, q = with_friction("wam7", tool=HAND), HOME["wam7"]
     line = StraightLine(arm.update(q, np.zeros(7)).pose, [0.0, 0.1, 0.0], 0.1)
     place, turn = {}, {}
     for on in (True, False):
@@ -43,7 +43,7 @@ def test_friction_is_compensated_within_a_millimetre_and_not_without_the_feed_fo
 @pytest.mark.parametrize("name", ARMS)
 def test_friction_other_than_modelled_costs_millimetres(name, factor, rms, rest):
     """Too little in the model leaves the arm short of its goal; too much pushes it on, and costs less."""
-    arm, q = rubbing(name), HOME[name]
+    arm, q = with_friction(name), HOME[name]
     line = StraightLine(arm.update(q, np.zeros(7)).pose, [0.0, 0.15, 0.05], 0.1)
     motion = simulate_tracking(
         plant(arm, factor), OperationalSpaceController(arm, posture=q), line.at, q, line.duration + 1.0
@@ -58,7 +58,7 @@ def test_friction_other_than_modelled_costs_millimetres(name, factor, rms, rest)
 @pytest.mark.parametrize("name", ARMS)
 def test_where_the_motion_reverses_friction_is_taken_along(name):
     """The feed-forward turns with the reference, not when the sensors find that the joint has turned."""
-    arm, q = rubbing(name), HOME[name]
+    arm, q = with_friction(name), HOME[name]
     start, swing = arm.update(q, np.zeros(7)).pose, 2.0 * np.pi * 0.5
 
     def at(time):
@@ -77,7 +77,7 @@ def test_where_the_motion_reverses_friction_is_taken_along(name):
 
 def swing_at_rest(name, gain, late):
     """How far the tool's error still moves in the last half second of a rest after a line [m, rad]."""
-    arm, q = rubbing(name), HOME[name]
+    arm, q = with_friction(name), HOME[name]
     line = StraightLine(arm.update(q, np.zeros(7)).pose, [0.0, 0.1, 0.05], 0.15)
     controller = OperationalSpaceController(arm, posture=q, friction=FrictionCompensation(arm, gain=gain))
     motion = simulate_tracking(plant(arm), LateController(controller, late), line.at, q, line.duration + 2.0)
@@ -126,7 +126,7 @@ def feed_forward(arm, compensation, v, twist, displacement=(0.0, 0.0, 0.0)):
 
 @pytest.mark.parametrize("name", ARMS)
 def test_friction_is_fed_forward_by_the_reference_not_by_the_measured_velocity(name):
-    arm = rubbing(name)
+    arm = with_friction(name)
     compensation, twist = FrictionCompensation(arm, scale=1e-3), np.array([0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
     np.testing.assert_allclose(feed_forward(arm, compensation, 0.1 * np.ones(7), np.zeros(6)), 0.0, atol=1e-9)
     wanted = np.linalg.pinv(arm.update(HOME[name], np.zeros(7)).J) @ twist
@@ -138,7 +138,7 @@ def test_friction_is_fed_forward_by_the_reference_not_by_the_measured_velocity(n
 
 @pytest.mark.parametrize("name", ARMS)
 def test_for_a_distant_goal_a_tenth_of_a_metre_per_second_is_compensated(name):
-    arm, direction = rubbing(name), np.array([0.0, 0.6, 0.8])
+    arm, direction = with_friction(name), np.array([0.0, 0.6, 0.8])
     slow = np.concatenate((0.1 * direction, np.zeros(3)))
     expected = feed_forward(arm, True, np.zeros(7), slow)
     for distance in (0.05, 0.5):

@@ -1,4 +1,4 @@
-"""The two arms that everything in control is tested on, and a simulation of them without contacts."""
+"""The two arms of the tests of control, their states, and a simulation of them without contacts."""
 
 from collections.abc import Callable
 
@@ -24,7 +24,7 @@ def load(name: str, **arguments) -> ArmModel:
 
 
 def without_friction(name: str, tool=None, **changes) -> ArmModel:
-    """The same arm with no friction in its model, and other limits or frictions where given."""
+    """The same arm without friction in its model, and with the given changes of limits or friction."""
     arm = load(name, tool=tool)
     kept = ["q_lower", "q_upper", "velocity_limit", "torque_limit"]
     kept += [] if "torque_limit" in changes else ["joint_to_motor", "motor_torque_limit"]
@@ -68,7 +68,7 @@ def simulate(
 ):
     """Run the library's plant from rest; yield time, q, v and torque.
 
-    `external(q, v)` is a joint torque from outside; the plant's friction is `coulomb` alone, whatever the model's.
+    `external(q, v)` is a joint torque from outside. The plant's friction is `coulomb` alone, not the model's.
     """
     plant = PushedArm(arm, external, substeps=substeps, friction_coulomb=0.0 if coulomb is None else coulomb)
     for sample in plant.run(step, q, duration, rate=rate):
@@ -87,15 +87,15 @@ class PushedArm(ArmSimulation):
 
 
 HAND = MassProperties(0.6, [0.03, 0.0, 0.08], np.diag([1.5e-3, 1.5e-3, 6e-4]))
-# The Panda's URDF has none; chosen.
-CHOSEN = np.array([1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 0.5])
+# Joint friction of the Panda, Coulomb [N·m] and viscous [N·m·s/rad]; its URDF has none; chosen.
+PANDA_FRICTION = np.array([1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 0.5])
 
 
-def rubbing(name, tool=None):
+def with_friction(name, tool=None):
     """An arm whose model has joint friction."""
     if name == "wam7":
         wam = load(name)
         return without_friction(
             name, tool=tool, friction_coulomb=wam.friction_coulomb, friction_viscous=wam.friction_viscous
         )
-    return without_friction(name, tool=tool, friction_coulomb=CHOSEN, friction_viscous=CHOSEN)
+    return without_friction(name, tool=tool, friction_coulomb=PANDA_FRICTION, friction_viscous=PANDA_FRICTION)

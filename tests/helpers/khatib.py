@@ -1,4 +1,4 @@
-"""Closed forms without limits: what the quadratic program must reproduce where no limit is active."""
+"""Closed forms without limits, which the quadratic program must reproduce if no limit is active."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ def operational_space_torque(state: ArmState, acceleration: Array, posture_torqu
         Lambda = (J M⁻¹ Jᵀ)⁻¹,   J̄ = M⁻¹ Jᵀ Lambda,   F = Lambda (acceleration - Jdot_v) + J̄ᵀ h
         torque = Jᵀ F + (I - Jᵀ J̄ᵀ) posture_torque
 
-    The projector is dynamically consistent: whatever the posture torque, the tool accelerates as asked.
+    The projector is dynamically consistent: the tool accelerates as wanted for every posture torque.
 
     Args:
-        state: the arm, away from singular postures.
-        acceleration: (6,) wanted of the tool [m/s², rad/s²].
-        posture_torque: (nv,) torque that acts where the tool leaves freedom [N·m].
+        state: State of the arm, away from singular postures.
+        acceleration: (6,) Wanted acceleration of the tool [m/s², rad/s²].
+        posture_torque: (nv,) Torque that acts in the freedom that the tool leaves [N·m].
     """
     J, h = state.J, state.h
     M_inverse = np.linalg.inv(state.M)
@@ -35,15 +35,15 @@ def least_squares_torque(
 ) -> Array:
     """Return the joint torques (nv,) [N·m] of the quadratic program's own cost, without its limits.
 
-    The accelerations a that minimise `|W^½ (J a + Jdot_v - acceleration)|² + w |a - posture_acceleration|²`, by
-    orthogonal factorisation of the rows.
+    The accelerations a minimise `|W^½ (J a + Jdot_v - acceleration)|² + w |a - posture_acceleration|²`. They are found
+    by orthogonal factorisation of the rows.
 
     Args:
-        state: the arm.
-        acceleration: (6,) wanted of the tool [m/s², rad/s²].
-        posture_acceleration: (nv,) wanted of the joints [rad/s²].
-        weight: (6,) diagonal of W.
-        posture_weight: w.
+        state: State of the arm.
+        acceleration: (6,) Wanted acceleration of the tool [m/s², rad/s²].
+        posture_acceleration: (nv,) Wanted acceleration of the joints [rad/s²].
+        weight: (6,) Diagonal of W.
+        posture_weight: Weight w.
     """
     root, posture_root = np.sqrt(weight), np.sqrt(posture_weight)
     rows = np.vstack((root[:, None] * state.J, posture_root * np.eye(len(state.h))))

@@ -16,14 +16,14 @@ class SpringWall:
     """An elastic half-space without friction that pushes the tool's origin out along its normal, and never pulls.
 
     Attributes:
-        point: (3,) on the surface, world [m].
-        normal: (3,) out of the wall, any length but zero; kept as a unit vector.
-        stiffness: [N/m].
-        damping: [N·s/m].
+        point: (3,) Point on the surface, world axes [m].
+        normal: (3,) Direction out of the wall, of any length but zero; stored as a unit vector.
+        stiffness: Stiffness [N/m].
+        damping: Damping [N·s/m].
 
     Raises:
-        ConfigurationError: where a vector is not three finite numbers, the normal is zero, the stiffness is not
-            positive or the damping is negative.
+        ConfigurationError: A vector is not three finite numbers, the normal is zero, the stiffness is not positive, or
+            the damping is negative.
     """
 
     point: Array
@@ -50,8 +50,8 @@ class SpringWall:
         """Return (6,) the wrench on the tool at its origin, world axes [N, N·m].
 
         Args:
-            pose: `transform_tool_to_world`.
-            twist: (6,) of the tool [m/s, rad/s].
+            pose: Pose of the tool, `transform_tool_to_world`.
+            twist: (6,) Velocity of the tool [m/s, rad/s].
         """
         depth = float(self.normal @ (self.point - pose.translation))
         if depth <= 0.0:
