@@ -144,7 +144,7 @@ class Observation:
         v: (nv,) joint velocities [rad/s].
         wrench: (6,) wrench of the environment on the hand [N, N·m]: linear part first, at the sensor frame's origin, in
             world axes, tool weight removed.
-        saturated: Channel of the sensor that was beyond its range, so that the wrench counts for nothing; "" if none.
+        saturated: Channel of the sensor that was beyond its range, so that the wrench cannot be trusted; "" if none.
     """
 
     time: float
