@@ -3,6 +3,7 @@ import pinocchio as pin
 import pytest
 
 from arms import ARMS, HOME, load, random_states
+from pilegrasp_ctrl.arm.friction import coulomb_torque
 from pilegrasp_ctrl.arm.model import ArmModel
 from pilegrasp_ctrl.exceptions import ModelError
 from pilegrasp_ctrl.robots import panda_urdf
@@ -177,3 +178,14 @@ def test_a_joint_is_locked_at_the_given_position():
     np.testing.assert_allclose(
         locked.update(q[:6], np.zeros(6)).rotation, load("panda").update(q, np.zeros(7)).rotation, atol=1e-12
     )
+
+
+def test_an_arm_prints_its_name_its_joints_and_its_tool_frame():
+    arm = load("panda")
+    assert repr(arm) == f"ArmModel({arm.name!r}, nv=7, tool_frame='panda_hand_tcp')"
+    assert repr(ArmModel.load("wam7")) == "ArmModel('wam7', nv=7, tool_frame='flange')"
+
+
+def test_three_quarters_of_the_coulomb_friction_act_at_the_scale_and_all_of_it_beyond():
+    v, coulomb = np.array([0.0, 0.02, -0.02, 1.0]), np.array([2.0, 2.0, 4.0, 3.0])
+    np.testing.assert_allclose(coulomb_torque(v, coulomb, 0.02), [0.0, 1.52, -3.05, 3.0], atol=0.01)

@@ -113,6 +113,7 @@ def test_force_feedback_compensates_spring_and_joint_friction(name, normal, alon
     assert off(forces, named(name, normal, along, stiffness)) < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.7, 1.3])
 def test_if_friction_differs_from_the_model_only_force_feedback_keeps_the_force(friction):
     arm, desired, errors = load("wam7"), wrench_along(TO_WALL), []

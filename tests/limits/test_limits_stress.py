@@ -18,7 +18,7 @@ HAND = MassProperties(0.6, np.array([0.0, 0.0, 0.08]), 0.0012 * np.eye(3))
 
 
 def start(arm, rng, kind):
-    """From rest, in motion that can be stopped, or outside: joints beyond their range, others too fast."""
+    """A start from rest, in motion that can be stopped, or with joints beyond their range and others too fast."""
     span = arm.q_upper - arm.q_lower
     q = arm.q_lower + span * rng.uniform(0.02, 0.98, arm.nv)
     v = np.zeros(arm.nv)
@@ -38,11 +38,12 @@ def start(arm, rng, kind):
 
 
 def excess(arm, sample):
-    """How far each joint is beyond its range [rad] and above its speed [rad/s]; negative within."""
+    """Excess of each joint over its range [rad] and over its speed [rad/s]; negative within."""
     beyond = np.maximum(sample.q - arm.q_upper, arm.q_lower - sample.q)
     return np.concatenate((beyond, np.abs(sample.v) - arm.velocity_limit))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("batch", range(BATCHES))
 @pytest.mark.parametrize("name", ["wam7", "panda", "wam7 with friction and hand"])
 def test_no_limit_is_exceeded_and_an_excess_at_the_start_only_shrinks(name, batch):
