@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -95,21 +96,22 @@ def test_the_index_lists_every_page():
         assert relative == "README.md" or f"]({relative})" in index, relative
 
 
-def test_ci_installs_and_tests_as_the_readme_says():
-    shown = shell_lines(ROOT / "README.md")
-    (install,) = [line for line in shown if line.startswith("pip install")]
-    (test,) = [line for line in shown if "pytest" in line]
-    assert install in CI
+def test_the_readme_shows_two_commands_first_and_ci_calls_the_second():
+    run, test, *_ = shell_lines(ROOT / "README.md")
+    assert (run, test) == ("make run", "make test")
     assert CI[-1] == test
 
 
-def test_the_makefile_says_the_same():
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    shown = shell_lines(ROOT / "README.md")
-    (install,) = [line for line in shown if line.startswith("pip install")]
-    (test,) = [line for line in shown if "pytest" in line]
-    assert f".venv/bin/{install}" in makefile
-    assert test.replace("python", "$(PYTHON)", 1) in makefile
+@pytest.mark.parametrize(
+    ("target", "does"), [("run", "pilegrasp run spheres_wall --seed 0 --html"), ("test", "pytest")]
+)
+def test_a_command_of_the_readme_sets_up_what_it_needs(target, does, tmp_path):
+    for name in ("Makefile", "pyproject.toml", "constraints.txt"):
+        (tmp_path / name).write_bytes((ROOT / name).read_bytes())
+    planned = subprocess.run(["make", "-n", target], cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    steps = planned.splitlines()
+    order = [next(i for i, step in enumerate(steps) if words in step) for words in ("-m venv", "pip install", does)]
+    assert order == sorted(order)
 
 
 def test_the_version_is_told_once():
