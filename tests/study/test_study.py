@@ -101,6 +101,7 @@ def cluster():
         yield cluster
 
 
+@pytest.mark.slow
 def test_a_cluster_that_loses_a_worker_gives_the_same_table_and_the_same_recordings(study, cluster, tmp_path):
     store, _ = study
     killed = []

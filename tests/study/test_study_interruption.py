@@ -23,7 +23,10 @@ MAIN = "import sys; from pilegrasp_ctrl.cli import main; sys.exit(main())"
 SWEEP = [sys.executable, "-c", MAIN, "sweep", *LINE, "--seeds", "0:2", "--json"]
 
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are looked up in /proc")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform != "linux", reason="processes are looked up in /proc"),
+]
 
 
 def begin(command, **variables):
