@@ -47,7 +47,7 @@ table: .venv/development  ## Print the table of scenario keys for docs/scenarios
 	@$(BIN)/python tests/helpers/scenario_table.py
 
 hands: .venv/development  ## Write the hands' MJCF and README values from their robot.toml
-	$(BIN)/python -m pilegrasp_ctrl.sim.hand_files
+	$(BIN)/python tests/helpers/hand_files.py
 
 figures: .venv/development  ## Measure the numbers of docs/figures.toml again and write them into the pages
 	PATH="$(CURDIR)/$(BIN):$$PATH" python docs/studies/figures.py
