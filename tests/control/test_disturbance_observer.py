@@ -105,6 +105,7 @@ def test_encoder_noise_comes_through_as_bandwidth_times_momentum(name):
     assert expected == pytest.approx(bandwidth * deviation * np.linalg.norm(state.M, axis=1), rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.7, 1.3])
 @pytest.mark.parametrize("name", ARMS)
 def test_payload_and_wrong_friction_together_leave_less_than_a_tenth_of_a_millimetre(name, factor):
@@ -177,6 +178,7 @@ class Lowered:
         return output
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_in_contact_the_estimate_has_to_be_held(name):
     """Cancelling the contact force presses harder and harder, up to the bound; a held estimate carries the load."""

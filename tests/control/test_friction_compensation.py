@@ -55,8 +55,9 @@ def test_friction_other_than_modelled_costs_millimetres(name, factor, rms, rest)
     assert np.ptp(motion.error[-100:], axis=0).max() < 2e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
-def test_where_the_motion_reverses_friction_is_taken_along(name):
+def test_at_a_reversal_of_the_motion_friction_is_compensated(name):
     """The feed-forward turns with the reference, not when the sensors find that the joint has turned."""
     arm, q = with_friction(name), HOME[name]
     start, swing = arm.update(q, np.zeros(7)).pose, 2.0 * np.pi * 0.5
