@@ -118,3 +118,14 @@ def test_the_version_is_told_once():
     version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert version in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+
+
+def test_the_trails_through_the_code_name_what_is_there():
+    page = (ROOT / "docs" / "developer-notes.md").read_text(encoding="utf-8")
+    section = page.split("## Three trails")[1].split("\n## ")[0]
+    names = {name.rpartition(".")[2] for name in re.findall(r"`([\w.]+)`", section)}
+    files = [file for folder in ("pilegrasp_ctrl", "viewer") for file in (ROOT / folder).rglob("*.py")]
+    defined = {name for file in files for name in re.findall(r"(?:def|class) (\w+)", file.read_text(encoding="utf-8"))}
+    assert len(names) > 10
+    assert names <= defined
+    assert all(line.count("→") < 5 for line in section.splitlines())
