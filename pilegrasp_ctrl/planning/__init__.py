@@ -1,1 +1,1 @@
-"""Planning: from the geometry of scene, hand and pile to the line of a push, without an engine."""
+"""Planning from the geometry of scene, hand and pile to the line of a push, without a physics engine."""

@@ -1,4 +1,4 @@
-"""The numbers of a hand that planning and primitives use: how it slides, closes or scoops, and its outline."""
+"""The numbers of a hand that planning and primitives use: slope, forces, closing or scooping, and outline."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from ..types import Array
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HandUse:
-    """How a hand is used.
+    """Use of a hand.
 
     Attributes:
         theta: Slope of fingers or scoop against the table [rad].
         press_depth: Depth of the push's reference below touch-down [m].
         normal_force: Desired force on the support [N].
-        preshape: Closure before the grasp.
+        preshape: Closure before the grasp, in [0, 1].
         closing_time: Time that the hand takes to close [s].
         advance: Longest distance that the reference advances along the push while the hand closes [m].
         scoop_angle: Angle by which the hand tilts back to grasp [rad]; zero for a hand that closes.
         heel: Distance from the leading edge to the heel [m].
-        outline: (n, 4) balls that span sensor and hand at rest: middle in the tool frame and radius [m].
+        outline: (n, 4) balls that span sensor and hand at rest: centre in the tool frame, and radius [m].
     """
 
     theta: float

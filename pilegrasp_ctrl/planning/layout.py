@@ -26,7 +26,7 @@ CORNER_DISTANCE = 1.10
 """Distance from the arm's axis to the corner's apex [m]. The push of alpha = 0 runs along the bisector of the walls."""
 
 REACH = (1.04, 1.02, 1.0, 0.98, 0.96, 0.92)
-"""Farthest fingertip distance from the arm's axis that a push asks for [m]. The first one in reach is used."""
+"""Candidates for the farthest fingertip distance from the arm's axis in a push [m]. The first one in reach is used."""
 
 MIN_TOUCH_DISTANCE = 0.60
 """Least distance from the arm's axis to the touch-down [m]. Nearer, the wrist runs into its limit."""
@@ -38,16 +38,16 @@ PUSH_END = 0.94
 """Distance from the arm's axis to the point that the push aims at, if the touch-down distances allow it [m]."""
 
 BASE_RADIUS = 0.2
-"""Radius of the room that the arm's base takes on the table [m]."""
+"""Radius of the area that the arm's base takes on the table [m]; chosen."""
 
 WALL_HALF_THICKNESS = 0.02
-"""Half the thickness of a wall on the table [m]."""
+"""Half the thickness of a wall on the table [m]; chosen."""
 
 WALL_HALF_HEIGHT = 0.08
-"""Half the height of a wall on the table [m]; a bin's walls are as high as the crate."""
+"""Half the height of a wall on the table [m]; chosen. A bin's walls are as high as the crate."""
 
 WALL_HALF_LENGTH = {"wall": 0.50, "corner": 0.30}
-"""Half the length of a wall by support [m]."""
+"""Half the length of a wall by support [m]; chosen."""
 
 BIN_GOALS = {
     "wall": (0.0, 0.0, (-0.03, 0.12), 0.70),
@@ -67,10 +67,10 @@ BIN_CENTER = np.array([WALL_DISTANCE - 0.5 * BIN_INNER[0], 0.0])
 """(2,) middle of the bin's floor [m]."""
 
 TABLE_HALF_SIZE = (0.65, 0.70)
-"""Half size of the table as it is drawn [m]. The contact plane is unbounded."""
+"""Half size of the drawn table [m]; chosen. The contact plane is unbounded."""
 
 FRAME_GAP = 0.05
-"""Least gap between the arm's base and the frame [m]. A support behind a wide frame stands farther away."""
+"""Least gap between the arm's base and the frame [m]. Therefore a support behind a wide frame is farther away."""
 
 PAPER_FRAMES = {18: 0.25, 14: 0.18, 10: 0.15}
 """The paper's frame sizes by the number of objects [m]."""
@@ -78,7 +78,7 @@ PAPER_FRAMES = {18: 0.25, 14: 0.18, 10: 0.15}
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """The scene's geometry. The origin is where the arm's axis meets the level table top.
+    """The scene's geometry. Its origin is the intersection of the arm's axis with the level table top.
 
     The scene's frame belongs to the floor: z = 0 is the floor and x points to the support, even if the floor is tilted.
     A tilt turns the floor about the line at `support_distance`, which stays where it is. Seen from the floor, gravity
@@ -87,14 +87,14 @@ class Layout:
     Attributes:
         support: Support of the pile.
         frame_size: Inner side of the frame [m].
-        frame_center: (2,) middle of the frame on the table [m].
+        frame_center: (2,) centre of the frame on the table [m].
         frame_yaw: Rotation of the frame about z [rad].
         walls: Walls of the support.
         support_distance: Distance from the origin to the line about which a tilt turns the floor [m].
         tilt: Slope of the floor, down toward the support [rad]; negative if the floor rises.
         goals: Push goals in a bin, the one of `support` first; empty outside a bin.
         base_position: (2,) position of the arm's base [m].
-        base_yaw: Direction in which the arm's base looks, about z [rad].
+        base_yaw: Rotation of the arm's base about z [rad].
     """
 
     support: Support
@@ -110,7 +110,7 @@ class Layout:
 
     @property
     def transform_base_to_world(self) -> Pose:
-        """Pose of the arm's base, which stands upright on a tilted floor, too."""
+        """Pose of the arm's base. The base is upright on a tilted floor, too."""
         cosine, sine = math.cos(self.tilt), math.sin(self.tilt)
         upright = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
         pivot = np.array([self.support_distance, 0.0, 0.0])
@@ -144,7 +144,7 @@ class Layout:
         that only the angles between hand, motion and support matter.
 
         Args:
-            touch: (2,) point where the fingertips touch the table [m].
+            touch: (2,) touch-down point of the fingertips on the table [m].
             point: (2,) point that the push aims at [m].
             objects: (n, 2) object centres [m]. The base keeps its radius off each of them.
         """
@@ -176,14 +176,14 @@ def frame_size(pile: PileConfig) -> float:
     return 0.25 * math.sqrt(max(pile.count, 1) / 18.0)
 
 
-def make_layout(support: SupportConfig, pile: PileConfig, object_diameter: float, order: bool = False) -> Layout:
+def make_layout(support: SupportConfig, pile: PileConfig, object_diameter: float, order_crate: bool = False) -> Layout:
     """Return the layout. The frame touches the wall, or both walls of the corner, and lies on the line alpha = 0.
 
     Args:
         support: Support, tilt and bin.
         pile: Number of objects and frame size.
         object_diameter: Largest diameter of an object [m].
-        order: Whether the crate that collects an order stands beside the bin.
+        order_crate: Whether the crate that collects an order is beside the bin.
 
     Raises:
         PileError: An object does not fit into the frame, or the frame does not fit into the bin.
@@ -195,7 +195,7 @@ def make_layout(support: SupportConfig, pile: PileConfig, object_diameter: float
             "raise pile.frame_size or lower pile.scale"
         )
     if support.bin:
-        return _bin_layout(support.kind, size, tilt, order)
+        return _bin_layout(support.kind, size, tilt, order_crate)
     if support.kind == "corner":
         half_diagonal = size / math.sqrt(2.0)
         apex = max(CORNER_DISTANCE, BASE_RADIUS + FRAME_GAP + 2.0 * half_diagonal)
@@ -214,7 +214,7 @@ def make_layout(support: SupportConfig, pile: PileConfig, object_diameter: float
     return Layout(support.kind, size, center, 0.0, walls, distance, tilt)
 
 
-def _bin_layout(support: Support, size: float, tilt: float, order: bool) -> Layout:
+def _bin_layout(support: Support, size: float, tilt: float, order_crate: bool) -> Layout:
     """Return a bin whose short, low wall is the support. The frame touches its middle, or lies in the left corner."""
     _, width, _ = BIN_INNER
     if size > width:
@@ -229,12 +229,12 @@ def _bin_layout(support: Support, size: float, tilt: float, order: bool) -> Layo
     goals.sort(key=lambda goal: not goal.name.startswith(support))
     center = np.array([WALL_DISTANCE - 0.5 * size, 0.5 * (width - size) if support == "corner" else 0.0])
     walls = make_crate_walls("bin", BIN_CENTER, BIN_INNER)
-    walls += make_crate_walls("order", ORDER_CENTER, ORDER_INNER) if order else ()
+    walls += make_crate_walls("order", ORDER_CENTER, ORDER_INNER) if order_crate else ()
     return Layout(support, size, center, 0.0, walls, WALL_DISTANCE, tilt, tuple(goals))
 
 
 def _wall(name: str, point: Array, yaw: float, along: float | None) -> Wall:
-    """Return a wall whose inner face passes through `point`. It begins there if `along` gives its direction."""
+    """Return a wall whose inner face passes through `point`; with a direction `along` [rad], the wall begins there."""
     length = WALL_HALF_LENGTH["wall" if along is None else "corner"]
     center = np.array([*point, WALL_HALF_HEIGHT])
     center[:2] -= WALL_HALF_THICKNESS * np.array([math.cos(yaw), math.sin(yaw)])

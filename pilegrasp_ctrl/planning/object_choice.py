@@ -28,9 +28,9 @@ BROADSIDE = math.sin(math.radians(30.0))
 def choose_object(positions: Array, direction: Array, radius: float, center: Array, axes: Array | None = None) -> int:
     """Return the object to aim at: the one that a straight push moves most nearly toward the pile's centre.
 
-    The hand can choose among the objects that it would meet first. Cylinders that stand on their base, or turn their
-    curved surface to the hand, are preferred. A pushed object moves straight ahead until it slides along the object
-    ahead that it touches. The choice is the object whose direction of motion then points most nearly at the centre.
+    The hand can choose among the objects that it would meet first. Cylinders that are upright, or that turn
+    their curved surface to the hand, are preferred. A pushed object moves straight ahead, or slides along the object
+    ahead that it touches. The choice is the object whose direction of motion points most nearly at the centre.
 
     Args:
         positions: (n, 3) object centres [m], n > 0.
@@ -59,6 +59,7 @@ def _front_objects(positions: Array, direction: Array, radius: float) -> NDArray
 
 
 def _is_upright_or_broadside(axes: Array, direction: Array) -> NDArray[np.bool]:
+    """Return which cylinders with axes (n, 3) are upright, or turn their curved surface to the hand."""
     upright = np.abs(axes[:, 2]) > UPRIGHT
     broadside = (np.abs(axes[:, :2] @ direction) < BROADSIDE) & (np.abs(axes[:, 2]) < BROADSIDE)
     either: NDArray[np.bool] = upright | broadside

@@ -1,4 +1,4 @@
-"""A push goal in a bin: a wall or a corner, and the line on which the push gets there. Pure geometry."""
+"""A push goal in a bin: a wall or a corner, and the best push line to it. Pure geometry."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import numpy as np
 
 from ..types import Array
 
-NEAR_A_FAILED_LINE = 0.03
-"""Distance from a failed push within which a push meets the same objects again [m]: half an object."""
+FAILED_LINE_DISTANCE = 0.03
+"""Distance from a failed push line within which a push meets the same objects again [m]: half an object."""
 
 LINE_SPACING = 0.01
-"""Distance between the lines that are compared [m]."""
+"""Distance between the lines that are compared [m]; chosen."""
 
 
 @dataclass(frozen=True, slots=True)
 class PushGoal:
-    """A wall or a corner that a push of alpha = 0 goes to.
+    """A wall or a corner as the goal of a push of alpha = 0.
 
     Attributes:
         name: "wall", "corner_left" or "corner_right", as the arm sees it.
         anchor: (2,) point of the wall, or the corner's apex [m]. The push runs through it.
         yaw: Direction of the push of alpha = 0 about z [rad].
         lateral_range: Least and greatest offset of the push line to the left of `anchor` [m], within which the hand
-            has room between the walls. Equal if only one line is possible.
+            has room between the walls. Both are equal if only one line is possible.
         nearest: Least x of the fingertips at touch-down [m]. If they come down nearer, the wrist hits the bin's near
             wall.
     """
@@ -38,20 +38,21 @@ class PushGoal:
     nearest: float = -math.inf
 
     def reach_deficit(self, touch: Array) -> float:
-        """Return how much farther along the push than `touch` (2,) the hand must touch down [m].
+        """Return how much farther along the push the hand must touch down so that the wrist clears the bin wall [m].
 
-        The wrist clears the bin's near wall there.
+        Args:
+            touch: (2,) planned touch-down point of the fingertips [m].
         """
         return max(0.0, (self.nearest - float(touch[0])) / math.cos(self.yaw))
 
     def best_line(
         self, positions: Array, half_width: float, failed_lines: Sequence[PushGoal] = ()
     ) -> tuple[PushGoal, int]:
-        """Return the goal with its anchor on the line that has most objects before it, and their number.
+        """Return the goal with its anchor on the line that meets most objects, and their number.
 
         Args:
             positions: (n, 2) object positions [m].
-            half_width: An object counts if it is at most this far beside the line [m].
+            half_width: Largest distance from the line at which an object counts [m].
             failed_lines: Goals on lines of failed pushes. Each failed line to this goal halves the count of the lines
                 near it.
         """
@@ -61,7 +62,7 @@ class PushGoal:
         beside = (positions - self.anchor) @ left
         counts = (np.abs(beside[:, None] - offsets) <= half_width).sum(axis=0)
         failed = np.array([(line.anchor - self.anchor) @ left for line in failed_lines if line.name == self.name])
-        worth = counts * 0.5 ** (np.abs(failed[:, None] - offsets) < NEAR_A_FAILED_LINE).sum(axis=0)
+        worth = counts * 0.5 ** (np.abs(failed[:, None] - offsets) < FAILED_LINE_DISTANCE).sum(axis=0)
         # Among equal lines, the middle one meets the objects squarely.
         best = np.flatnonzero(worth == worth.max())
         chosen = best[len(best) // 2]

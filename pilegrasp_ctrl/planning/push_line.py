@@ -1,4 +1,4 @@
-"""The line of a push: which point it goes through, how far the pile reaches along it, and its direction."""
+"""The line of a push: its point, its direction, and the extent of the pile along it."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from .strategy import HAND_HALF_WIDTH, MIN_GAP, pile_extent, tool_rotation, touc
 from .walls import Wall
 
 LEAST_CLEARANCE = 0.01
-"""Smallest clearance between fingertips and pile at touch-down [m]. The hand comes down nearer than
-`strategy.clearance` where a bin's near wall leaves no more room, but never nearer than this."""
+"""Smallest clearance between fingertips and pile at touch-down [m]. If a bin's near wall leaves no
+room for `strategy.clearance`, the hand comes down nearer to the pile, but never nearer than this; chosen."""
 
 WALL_CLEARANCE = 0.02
 """Clearance between the hand and a wall that it passes [m]; the soft hand and the arm deflect sideways by less."""
 
 PARALLEL = 1e-6
-"""A wall runs along the push where its normal and the push have a smaller product."""
+"""Component of a wall's inward normal along the push [-] above which the wall counts as behind the hand; rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +44,7 @@ class PushLine:
     yaw: float
 
     def touch(self, strategy: StrategyConfig) -> Array:
-        """Return where the fingertips touch the table (2,) [m]."""
+        """Return the touch-down point (2,) of the fingertips on the table [m]."""
         return touch_point(strategy, self.point, self.extent, self.yaw)
 
 
@@ -62,15 +62,15 @@ def plan_push_line(
 
     Args:
         strategy: Angles, clearance, and the aim: the pile or an object.
-        hand: The hand, whose outline must find room in a corner.
+        hand: Hand, whose outline must fit into a corner.
         layout: Layout with the support's walls.
         poses: (n, 7) object poses: position [m] and quaternion wxyz.
         radius: Bounding radius of an object [m].
-        cylinders: Whether the objects have an axis, their own z, along which they roll differently.
+        cylinders: Whether the objects are cylinders, which roll only across their own z axis.
         goal: Push goal; None outside a bin.
 
     Raises:
-        UnreachablePoseError: The pile in a bin leaves the wrist no room.
+        UnreachablePoseError: The pile in a bin is so near to the arm that the wrist would hit the bin's near wall.
     """
     positions, yaw = poses[:, :2], goal.yaw if goal else 0.0
     alpha = yaw + np.radians(strategy.alpha_deg)
@@ -100,13 +100,12 @@ def center_between_walls(walls: Sequence[Wall], outline: Array, direction: Array
     """Return `point` (2,) [m], moved sideways onto the line on which the hand gets farthest between two walls.
 
     On that line both sides of the hand meet their walls at the same time. Beside a wall that runs along the push the
-    hand keeps `WALL_CLEARANCE`. A hand that sticks out to one side, for example by its thumb, gets its room there.
-    The point stays where it is if fewer than two walls lie ahead or alongside, because then no line is better.
+    hand keeps `WALL_CLEARANCE`, also if it is wider on one side, for example because of its thumb. The point does not
+    move if fewer than two walls lie ahead or alongside, because then no line is better.
 
     Args:
         walls: Walls of the support.
-        outline: (n, 4) balls that span the hand: middle as seen from the fingertips [m], with z up and the hand turned
-            as it pushes, and radius [m].
+        outline: (n, 4) balls that span the hand as it pushes: centre relative to the fingertips, z up, and radius [m].
         direction: (2,) unit vector of the push.
         point: (2,) point that the push would otherwise run through [m].
     """

@@ -21,10 +21,10 @@ START_HEIGHT = 0.22
 The rims of bin and crate are at 0.16 m."""
 
 START_BACK = 0.06
-"""Distance of the start behind the pre-grasp pose, against the push [m]; chosen."""
+"""Distance from the pre-grasp pose back to the start, against the push [m]; chosen."""
 
 PRE_GRASP_HEIGHT = 0.06
-"""Height of the fingertips over the surface where the hand begins to lower onto the table [m]; chosen."""
+"""Height of the fingertips over the surface at which the hand begins to lower onto the table [m]; chosen."""
 
 HAND_HALF_WIDTH = 0.06
 """Half the width in which the hand meets objects [m]: half of the RBO Hand 2's four fingers, rounded up."""
@@ -36,10 +36,10 @@ LIFT_SPEED = 0.12
 """Speed of the lift [m/s]; chosen."""
 
 LIFT_BACK = 0.06
-"""Distance by which the lift first leaves the support [m]; the authors' lift leaves it by 0.05 m.
+"""Distance by which the lift first moves away from the support [m]; chosen. The authors' lift moves 0.05 m away.
 
-On a straight lift, an object that the fingers press to the wall rolls along it out of the hand, and in a bin the
-fingers wipe over the rim."""
+On a straight lift, an object between fingers and wall rolls along the wall out of the hand. In a bin, the fingers
+would also wipe over the rim."""
 
 HOLD_TIME = 1.0
 """Time for which the hand holds the objects before the attempt is judged [s]; the paper's hold."""
@@ -47,7 +47,7 @@ HOLD_TIME = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """What an attempt does.
+    """Plan of an attempt.
 
     Attributes:
         start: Pose of the tool at the start.
@@ -73,7 +73,7 @@ def tool_rotation(yaw: float, theta: float) -> Array:
 
 
 def pile_extent(positions: Array, radius: float, center: Array, direction: Array, gap: float = MIN_GAP) -> float:
-    """Return how far the pile reaches back from its centre against the push [m], without strays.
+    """Return the extent of the pile from its centre back toward the hand [m], without strays.
 
     Only objects that the hand meets count. Seen from the centre, the extent ends at the first gap in which the hand can
     come down. In a narrower gap it would come down on the objects behind it.
@@ -97,7 +97,7 @@ def pile_extent(positions: Array, radius: float, center: Array, direction: Array
 
 
 def touch_point(config: StrategyConfig, center: Array, extent: float, yaw: float = 0.0) -> Array:
-    """Return where the fingertips touch the table (2,) [m]: `clearance` behind the pile's edge."""
+    """Return the touch-down point (2,) of the fingertips [m]: `clearance` behind the pile's edge."""
     alpha = yaw + math.radians(config.alpha_deg)
     return center - (extent + config.clearance) * np.array([math.cos(alpha), math.sin(alpha)])
 
@@ -116,7 +116,7 @@ def plan_attempt(
 
     Args:
         config: Angles, speed and thresholds.
-        hand: The hand and how it is used.
+        hand: Use of the hand.
         center: (2,) point that the hand aims at: the pile's centre, or one of its objects [m].
         extent: Distance that the pile reaches from there toward the hand [m].
         reach: Farthest fingertip distance from the arm's axis [m].
@@ -149,7 +149,7 @@ def plan_attempt(
 
 
 def plan_line(config: LineConfig, hand: HandUse) -> Plan:
-    """Return the plan of a straight line in free space, the hand sloping as for a push along x."""
+    """Return the plan of a straight line in free space. The hand is inclined as for a push along x."""
     start = Pose(np.array(config.start), tool_rotation(0.0, hand.theta))
     move = Move(np.array(config.displacement), config.speed, hand.preshape)
     return Plan(start, (move,), (), start.moved(config.displacement), hand.preshape, np.array([1.0, 0.0, 0.0]))

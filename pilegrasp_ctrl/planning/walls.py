@@ -25,7 +25,7 @@ ORDER_CENTER = np.array([0.60, 0.385])
 
 @dataclass(frozen=True, slots=True)
 class Wall:
-    """A box that stands on the floor.
+    """A box on the floor.
 
     Attributes:
         name: Name of the geom.
@@ -57,11 +57,10 @@ def are_inside(points: Array, center: Array, inner: tuple[float, float, float]) 
 
 
 def make_crate_walls(name: str, center: Array, inner: tuple[float, float, float]) -> tuple[Wall, ...]:
-    """Return the four walls of a crate that stands along x and y.
+    """Return the four walls of a crate whose sides are parallel to x and y.
 
     Args:
-        name: Name of the crate in a collision. Its walls are `{name}_far`, `_near`, `_left` and `_right`, as the arm
-            sees them.
+        name: Name of the crate. Seen from the arm, its walls are `{name}_far`, `_near`, `_left` and `_right`.
         center: (2,) middle of the floor [m].
         inner: Inner length along x, width along y and height [m].
     """

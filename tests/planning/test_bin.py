@@ -12,7 +12,7 @@ from pilegrasp_ctrl import run
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.exceptions import PileError, UnreachablePoseError
 from pilegrasp_ctrl.planning.layout import WALL_DISTANCE, make_layout
-from pilegrasp_ctrl.planning.push_goal import NEAR_A_FAILED_LINE, PushGoal
+from pilegrasp_ctrl.planning.push_goal import FAILED_LINE_DISTANCE, PushGoal
 from pilegrasp_ctrl.planning.push_line import plan_push_line
 from pilegrasp_ctrl.planning.walls import BIN_INNER
 from pilegrasp_ctrl.programs.attempt import prepare
@@ -24,13 +24,13 @@ from pilegrasp_ctrl.sim.start_posture import StartPosture
 EMPTY = {"pile.count": 0, "program": "push"}
 
 
-def layout_of(kind="wall", **pile):
-    return make_layout(SupportConfig(kind=kind, bin=True), PileConfig(**pile), 0.054)
+def layout_of(support="wall", **pile):
+    return make_layout(SupportConfig(kind=support, bin=True), PileConfig(**pile), 0.054)
 
 
-@pytest.mark.parametrize("kind", ["wall", "corner"])
-def test_the_walls_enclose_the_crates_inner_size_and_nothing_overlaps_it(kind):
-    far, near, left, right = layout_of(kind).walls
+@pytest.mark.parametrize("support", ["wall", "corner"])
+def test_the_walls_enclose_the_crates_inner_size_and_nothing_overlaps_it(support):
+    far, near, left, right = layout_of(support).walls
     length, width, height = BIN_INNER
     assert (length, width, height) == (0.56, 0.38, 0.16)
     assert far.center[0] - far.half_size[0] == pytest.approx(WALL_DISTANCE)
@@ -46,15 +46,15 @@ def test_the_walls_enclose_the_crates_inner_size_and_nothing_overlaps_it(kind):
         assert inward @ [math.cos(wall.yaw), math.sin(wall.yaw)] > 0.0
 
 
-@pytest.mark.parametrize("kind", ["wall", "corner"])
-def test_the_frame_is_inside_the_bin_and_touches_the_support(kind):
-    layout = layout_of(kind)
+@pytest.mark.parametrize("support", ["wall", "corner"])
+def test_the_frame_is_inside_the_bin_and_touches_the_support(support):
+    layout = layout_of(support)
     corners = layout.frame_center + 0.5 * layout.frame_size * np.array(list(product((-1, 1), repeat=2)))
     assert corners[:, 0].max() == pytest.approx(WALL_DISTANCE)
     assert np.abs(corners[:, 1]).max() <= 0.5 * BIN_INNER[1] + 1e-9
-    assert (np.abs(corners[:, 1]).max() == pytest.approx(0.5 * BIN_INNER[1])) == (kind == "corner")
+    assert (np.abs(corners[:, 1]).max() == pytest.approx(0.5 * BIN_INNER[1])) == (support == "corner")
     with pytest.raises(PileError, match="does not fit into the bin"):
-        layout_of(kind, frame_size=0.4)
+        layout_of(support, frame_size=0.4)
 
 
 def test_the_first_goal_is_the_one_that_was_asked_for():
@@ -96,12 +96,12 @@ def test_a_goal_is_tried_again_beside_its_failed_lines_unless_it_has_one_line_on
     first, count = wall.best_line(heap, 0.06)
     second, _ = wall.best_line(heap, 0.06, [first])
     assert count == 4
-    assert abs(second.anchor[1] - first.anchor[1]) >= NEAR_A_FAILED_LINE
-    # Nothing is won where nothing lies, and a line to another goal is another push.
+    assert abs(second.anchor[1] - first.anchor[1]) >= FAILED_LINE_DISTANCE
+    # Another line brings nothing without an object before it. Failed lines to other goals do not count.
     alone = np.array([[0.95, 0.17]])
     assert wall.best_line(alone, 0.06, 5 * [wall.best_line(alone, 0.06)[0]])[1] == 1
     assert wall.best_line(heap, 0.06, [replace(first, name="corner_left")])[0].anchor == pytest.approx(first.anchor)
-    # A line that is chosen is kept, and so is the only one.
+    # A goal that is already on its line has no other line.
     assert first.best_line(heap[:1], 0.06, [first])[0].anchor == pytest.approx(first.anchor)
 
 
@@ -124,7 +124,7 @@ def test_a_pile_near_the_arm_is_met_with_less_clearance(nearest_ball, touch):
     assert line.touch(scenario.strategy)[0] == pytest.approx(touch)
 
 
-def test_a_pile_too_near_for_the_wrist_is_out_of_reach():
+def test_a_pile_too_near_to_the_arm_for_the_wrist_is_unreachable():
     scenario = load_scenario("bin_picking")
     balls = np.zeros((5, 7))
     balls[:, :3] = np.array([np.linspace(0.73, 0.97, 5), np.zeros(5), np.full(5, 0.027)]).T
@@ -187,12 +187,12 @@ def test_an_arm_that_hits_the_rim_ends_its_primitive():
     assert result.reason == "push: collision with the bin's rim: link4 at bin_near"
 
 
-@pytest.mark.parametrize("kind", ["wall", "corner"])
-def test_a_push_comes_down_inside_and_reaches_its_goal_without_touching_the_rim(kind):
-    result = run("bin_picking", overrides=EMPTY | {"support.kind": kind}, record=True)
+@pytest.mark.parametrize("support", ["wall", "corner"])
+def test_a_push_comes_down_inside_and_reaches_its_goal_without_touching_the_rim(support):
+    result = run("bin_picking", overrides=EMPTY | {"support.kind": support}, record=True)
     assert result.success, result.reason
     assert [outcome.trigger for outcome in result.outcomes] == ["surface contact", "grasp force"]
     x, y, _ = result.recording.signals["tool_position"][-1]
-    assert (x > 0.97) if kind == "wall" else (y > 0.09 and x > 0.88)
+    assert (x > 0.97) if support == "wall" else (y > 0.09 and x > 0.88)
     # It starts above the rim.
     assert result.recording.signals["tool_position"][0, 2] > BIN_INNER[2] + 0.05

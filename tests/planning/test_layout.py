@@ -8,7 +8,7 @@ from pilegrasp_ctrl.planning.layout import BASE_RADIUS, MAX_TOUCH_DISTANCE, MIN_
 from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.sections import PileConfig, SupportConfig
 
-KINDS = ("none", "wall", "corner")
+SUPPORTS = ("none", "wall", "corner")
 
 
 @pytest.fixture(autouse=True)
@@ -16,13 +16,13 @@ def cache(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("support", SUPPORTS)
 @pytest.mark.parametrize(
     ("length", "distance"), [(0.2, MAX_TOUCH_DISTANCE), (0.31, PUSH_END - 0.31), (0.5, MIN_TOUCH_DISTANCE)]
 )
 @pytest.mark.parametrize("alpha", [0.0, 0.5, -1.2])
-def test_the_base_is_behind_the_push_line_and_looks_along_it(kind, length, distance, alpha):
-    layout = make_layout(SupportConfig(kind=kind), PileConfig(), 0.054)
+def test_the_base_is_behind_the_push_line_and_looks_along_it(support, length, distance, alpha):
+    layout = make_layout(SupportConfig(kind=support), PileConfig(), 0.054)
     direction = np.array([np.cos(alpha), np.sin(alpha)])
     touch = np.array([0.6, -0.1])
     placed = layout.with_base_behind_push(touch, touch + length * direction, np.zeros((0, 2)))
@@ -34,8 +34,8 @@ def test_the_base_is_behind_the_push_line_and_looks_along_it(kind, length, dista
     assert placed.walls is layout.walls
 
 
-def test_table_wall_and_corner_lie_where_the_pages_say():
-    wall, corner = (make_layout(SupportConfig(kind=kind), PileConfig(), 0.054) for kind in ("wall", "corner"))
+def test_table_wall_and_corner_have_the_documented_distances():
+    wall, corner = (make_layout(SupportConfig(kind=support), PileConfig(), 0.054) for support in ("wall", "corner"))
     assert wall.transform_base_to_world.translation[2] == -0.25
     assert wall.support_distance == wall.walls[0].center[0] - wall.walls[0].half_size[0] == pytest.approx(1.0)
     assert corner.support_distance == pytest.approx(1.1)
@@ -61,23 +61,24 @@ def test_the_base_keeps_off_every_object():
     assert axis[0] < -0.35
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_wide_frame_keeps_clear_of_the_arm(kind):
+@pytest.mark.parametrize("support", SUPPORTS)
+def test_a_wide_frame_keeps_clear_of_the_arm(support):
     for size in (0.1, 0.25, 0.33, 0.83):
-        layout = make_layout(SupportConfig(kind=kind), PileConfig(frame_size=size), 0.054)
-        reach = size / np.sqrt(2.0) if kind == "corner" else 0.5 * size
+        layout = make_layout(SupportConfig(kind=support), PileConfig(frame_size=size), 0.054)
+        reach = size / np.sqrt(2.0) if support == "corner" else 0.5 * size
         assert layout.frame_center[0] - reach > BASE_RADIUS
-        usual = make_layout(SupportConfig(kind=kind), PileConfig(), 0.054)
+        usual = make_layout(SupportConfig(kind=support), PileConfig(), 0.054)
         for wall, other in zip(layout.walls, usual.walls, strict=True):
             assert (wall.center[0] > other.center[0]) == (size > 0.8)
 
 
 @pytest.mark.parametrize(
-    ("kind", "count"),
-    [*((kind, n) for kind in KINDS for n in (3, 30)), pytest.param("corner", 60, marks=pytest.mark.slow)],
+    ("support", "count"),
+    [*((support, n) for support in SUPPORTS for n in (3, 30)), pytest.param("corner", 60, marks=pytest.mark.slow)],
 )
-def test_spheres_of_any_number_are_within_reach(kind, count):
-    attempt = prepare(load_scenario("spheres_wall", {"support.kind": kind, "pile.count": count, "pile.mass": 0.06}), 0)
+def test_spheres_of_any_number_are_within_reach(support, count):
+    overrides = {"support.kind": support, "pile.count": count, "pile.mass": 0.06}
+    attempt = prepare(load_scenario("spheres_wall", overrides), 0)
     assert attempt.plan.primitives[1].travel > 0.1
 
 

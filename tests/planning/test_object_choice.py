@@ -28,7 +28,7 @@ def test_the_front_object_that_moves_toward_the_centre_is_chosen():
 
 
 @pytest.mark.parametrize(("center", "expected"), [((0.95, 0.0), 0), ((0.95, 0.1), 1)])
-def test_the_caller_says_where_the_centre_is(center, expected):
+def test_the_choice_depends_on_the_given_centre(center, expected):
     assert choose_object(on_table((0.8, 0.0), (0.8, 0.1)), PUSH, RADIUS, np.array(center)) == expected
 
 
@@ -100,10 +100,10 @@ def test_the_tool_frame_is_the_gap_that_is_centred_on_the_object():
     assert abs((inside.rotation @ gap + inside.translation)[1]) < 1e-3
 
 
-@pytest.mark.parametrize("kind", ["light_sphere", "cylinder"])
-def test_the_push_goes_through_the_chosen_object(kind, tmp_path, monkeypatch):
+@pytest.mark.parametrize("name", ["light_sphere", "cylinder"])
+def test_the_push_goes_through_the_chosen_object(name, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    keys = {"strategy.kind": "object", "pile.object": kind, "pile.count": 6, "strategy.alpha_deg": 20.0}
+    keys = {"strategy.kind": "object", "pile.object": name, "pile.count": 6, "strategy.alpha_deg": 20.0}
     attempt = prepare(load_scenario("spheres_corner", keys), 3)
     touch, direction = attempt.plan.waypoints[1].translation[:2], attempt.plan.direction[:2]
     offset = attempt.pile.poses[:, :2] - touch

@@ -19,8 +19,8 @@ POINT = np.array([1.0, -0.02])
 APEX = np.array([CORNER_DISTANCE, 0.0])
 
 
-def walls(kind):
-    return make_layout(SupportConfig(kind=kind), PileConfig(), 0.054).walls
+def walls(support):
+    return make_layout(SupportConfig(kind=support), PileConfig(), 0.054).walls
 
 
 def along(alpha):
@@ -70,10 +70,10 @@ def test_the_thumb_keeps_clear_of_a_wall_along_the_push(beta):
         assert gaps(outline, line + distance * along(45.0))[1] == pytest.approx(WALL_CLEARANCE)
 
 
-@pytest.mark.parametrize("kind", ["none", "wall"])
-def test_without_two_walls_the_push_line_is_not_moved(kind):
+@pytest.mark.parametrize("support", ["none", "wall"])
+def test_without_two_walls_the_push_line_is_not_moved(support):
     outline = turned(Hand.load("rbo_hand2"), 45.0, -20.0)
-    assert center_between_walls(walls(kind), outline, along(45.0), POINT) is POINT
+    assert center_between_walls(walls(support), outline, along(45.0), POINT) is POINT
 
 
 def test_a_wall_behind_the_push_does_not_count():

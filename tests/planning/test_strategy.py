@@ -1,4 +1,4 @@
-"""The plan of an attempt: where the hand comes down, how far it pushes, and how it lifts."""
+"""The plan of an attempt: touch-down, push distance and lift."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def test_the_lift_leaves_the_support_by_six_centimetres_against_the_push(alpha_d
     assert active.path.end.translation[2] == pytest.approx(StrategyConfig().lift_height)
 
 
-def test_what_is_lifted_is_held_for_a_second_as_in_the_paper():
+def test_the_hand_holds_lifted_objects_for_a_second_as_in_the_paper():
     lift = plan_attempt(StrategyConfig(), HAND, np.array([0.9, 0.0]), 0.12, 1.0).primitives[-1]
     active = lift.begin(PrimitiveInput(0.0, HERE, np.zeros(6)), Setpoint(Reference(HERE), 1.0))
     lifted = HERE.moved([0.0, 0.0, StrategyConfig().lift_height])
@@ -58,13 +58,13 @@ def test_what_is_lifted_is_held_for_a_second_as_in_the_paper():
         assert (active.ending(inputs) is not None) == ends
 
 
-def test_a_line_starts_and_ends_where_asked():
+def test_a_line_has_the_requested_start_and_end():
     plan = plan_line(LineConfig(start=(0.6, -0.1, 0.3), displacement=(0.0, 0.2, 0.0)), HAND)
     np.testing.assert_allclose(plan.start.translation, [0.6, -0.1, 0.3])
     np.testing.assert_allclose(plan.end.translation, [0.6, 0.1, 0.3])
 
 
-def test_only_objects_before_the_four_fingers_are_in_the_hands_way():
+def test_only_objects_in_front_of_the_four_fingers_count_for_the_extent():
     """The fingers of the RBO Hand 2 are 0.12 m wide: an object counts if its edge is less than 0.06 m off the line."""
     radius, center = 0.027, np.zeros(2)
     inside, beside = (np.array([[0.0, 0.0], [-0.1, aside]]) for aside in (0.085, 0.089))

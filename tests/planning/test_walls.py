@@ -1,4 +1,4 @@
-"""Walls of the open table: where they are, and how the frame touches them."""
+"""Walls of the open table: their positions, and their contact with the frame."""
 
 from itertools import product
 
@@ -23,7 +23,7 @@ def normal_of(wall):
     return np.array([np.cos(wall.yaw), np.sin(wall.yaw)])
 
 
-def test_walls_stand_on_the_table_and_face_the_pile():
+def test_walls_are_on_the_table_and_face_the_pile():
     assert layout_of("none").walls == ()
     (wall,) = layout_of("wall").walls
     np.testing.assert_allclose(normal_of(wall), [-1.0, 0.0], atol=1e-12)

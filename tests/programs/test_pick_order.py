@@ -10,7 +10,7 @@ from pilegrasp_ctrl import run
 from pilegrasp_ctrl.config import build_scenario
 from pilegrasp_ctrl.exceptions import ConfigurationError, UnreachablePoseError
 from pilegrasp_ctrl.planning.layout import make_layout
-from pilegrasp_ctrl.planning.push_goal import NEAR_A_FAILED_LINE
+from pilegrasp_ctrl.planning.push_goal import FAILED_LINE_DISTANCE
 from pilegrasp_ctrl.planning.strategy import Plan, tool_rotation
 from pilegrasp_ctrl.planning.walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, are_inside
 from pilegrasp_ctrl.primitives.grasp import Release
@@ -19,7 +19,7 @@ from pilegrasp_ctrl.sections import PileConfig, SupportConfig
 from pilegrasp_ctrl.types import Outcome, Pose
 
 BIN = {"program": "order", "support.bin": True, "support.tilt_deg": 5.0}
-LAYOUT = make_layout(SupportConfig(bin=True), PileConfig(), 0.054, order=True)
+LAYOUT = make_layout(SupportConfig(bin=True), PileConfig(), 0.054, order_crate=True)
 HIGH = np.array([0.85, 0.0, 0.2])
 AT_WALL, IN_CORNER = np.array([0.95, 0.03, 0.027]), np.array([0.93, 0.15, 0.027])
 
@@ -119,7 +119,7 @@ def test_a_goal_that_is_tried_again_is_tried_on_another_line_until_something_is_
     assert world.fill() is None
     first, second, third, fourth = (anchor[1] for anchor in world.anchors)
     apart = [abs(a - b) for a, b in ((first, second), (second, third), (first, third))]
-    assert min(apart) >= NEAR_A_FAILED_LINE
+    assert min(apart) >= FAILED_LINE_DISTANCE
     assert fourth == pytest.approx(first)
 
 
