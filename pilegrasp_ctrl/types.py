@@ -1,4 +1,4 @@
-"""Values that cross the borders between the rooms; numpy is all they need."""
+"""Values that every room shares; they need numpy alone."""
 
 from __future__ import annotations
 
@@ -59,13 +59,15 @@ class Pose:
         translation = frozen_array(self.translation, (3,), "translation")
         rotation = frozen_array(self.rotation, (3, 3), "rotation")
         if not _is_rotation(rotation):
-            raise ArgumentError("rotation is not a right-handed orthonormal matrix")
+            raise ArgumentError(
+                "rotation is not a right-handed orthonormal matrix; its rows must be orthonormal to 1e-6"
+            )
         object.__setattr__(self, "translation", translation)
         object.__setattr__(self, "rotation", rotation)
 
     @classmethod
     def trusted(cls, translation: Array, rotation: Array) -> Pose:
-        """Return a pose of arrays that are known to be right, because they follow from checked ones.
+        """Return a pose of arrays that need no check, because they follow from checked ones.
 
         The checks cost more than the arithmetic of a whole control law. Use `Pose` for arrays from outside.
         """
@@ -90,7 +92,7 @@ class Pose:
 def _is_rotation(matrix: Array) -> bool:
     """Return whether the first two rows are orthonormal and the third is their cross product, to 1e-6.
 
-    A pose is made in every control period, and numpy would take ten times as long as plain floats for nine numbers.
+    Each control period makes a pose. For nine numbers, plain floats are ten times as fast as numpy.
     """
     (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
     return (
@@ -109,8 +111,8 @@ class Reference:
 
     Attributes:
         pose: Pose of the tool frame.
-        twist: (6,) twist of the tool frame's origin, linear part first, in world axes [m/s, rad/s].
-        acceleration: (6,) derivative of the twist [m/s², rad/s²].
+        twist: (6,) Twist of the tool frame's origin, linear part first, in world axes [m/s, rad/s].
+        acceleration: (6,) Derivative of the twist [m/s², rad/s²].
 
     Raises:
         ArgumentError: A shape is wrong or a value is not finite.
@@ -126,7 +128,7 @@ class Reference:
 
     @classmethod
     def trusted(cls, pose: Pose, twist: Array, acceleration: Array) -> Reference:
-        """Return a reference of arrays that are known to be right; see `Pose.trusted`."""
+        """Return a reference of arrays that need no check; see `Pose.trusted`."""
         reference = object.__new__(cls)
         object.__setattr__(reference, "pose", pose)
         object.__setattr__(reference, "twist", twist)
@@ -140,11 +142,11 @@ class Observation:
 
     Attributes:
         time: Time of the measurement [s].
-        q: (nv,) joint positions [rad].
-        v: (nv,) joint velocities [rad/s].
-        wrench: (6,) wrench of the environment on the hand [N, N·m]: linear part first, at the sensor frame's origin, in
+        q: (nv,) Joint positions [rad].
+        v: (nv,) Joint velocities [rad/s].
+        wrench: (6,) Wrench of the environment on the hand [N, N·m]: linear part first, at the sensor frame's origin, in
             world axes, tool weight removed.
-        saturated: Channel of the sensor that was beyond its range, so that the wrench cannot be trusted; "" if none.
+        saturated: Sensor channel beyond its range, which makes the wrench unusable; "" if there is none.
     """
 
     time: float
@@ -158,20 +160,20 @@ class Command(NamedTuple):
     """Command to the arm.
 
     Attributes:
-        torque: (nv,) joint torques [N·m].
+        torque: (nv,) Joint torques [N·m].
     """
 
     torque: Array
 
 
 class ControllerOutput(NamedTuple):
-    """Answer of a controller for one control period.
+    """Output of a controller for one control period.
 
     Attributes:
         command: Joint torques.
-        acceleration: (nv,) joint accelerations that the QP chose [rad/s²].
+        acceleration: (nv,) Joint accelerations that the QP chose [rad/s²].
         active_limits: Names of the active limits, such as "torque[2] upper".
-        solve_time: Wall-clock time of the QP [s]; no part of any recording.
+        solve_time: Wall-clock time of the QP [s]; recordings do not hold it.
         fallback: Reason why the QP's answer was not used; "" if it was.
     """
 
@@ -184,12 +186,12 @@ class ControllerOutput(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MassProperties:
-    """Mass properties of a rigid body, in the axes of the frame that carries it (for a tool, the arm's flange).
+    """Mass properties of a rigid body, in the axes of the frame that carries it; a tool is carried by the arm's flange.
 
     Attributes:
         mass: Mass [kg].
-        center_of_mass: (3,) centre of mass [m].
-        inertia: (3, 3) inertia about the centre of mass [kg·m²].
+        center_of_mass: (3,) Centre of mass [m].
+        inertia: (3, 3) Inertia about the centre of mass [kg·m²].
 
     Raises:
         ArgumentError: The mass is negative, or the inertia is not symmetric positive semi-definite.

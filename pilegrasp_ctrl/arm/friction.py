@@ -1,4 +1,4 @@
-"""The law of joint friction that the controllers share."""
+"""The friction law of the joints, which all controllers share."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from ..types import Array
 def coulomb_torque(v: Array, coulomb: Array, scale: float) -> Array:
     """Return (nv,) the Coulomb friction `coulomb tanh(v / scale)` of moving joints [N·m].
 
-    The whole friction against a motion is this plus `viscous v`. Dry friction jumps at rest, which a control law must
-    not follow; the hyperbolic tangent passes through zero instead. A plant that sticks needs another law; see
-    `plant/joint_friction.py`.
+    The whole friction against a motion is this plus `viscous v`. Dry friction jumps at rest, and a control law must not
+    follow that jump. The hyperbolic tangent therefore passes through zero. A simulated joint that sticks needs another
+    law; see `plant/joint_friction.py`.
 
     Args:
         v: (nv,) Joint velocities [rad/s].

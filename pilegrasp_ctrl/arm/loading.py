@@ -1,4 +1,4 @@
-"""Pinocchio models from files: a URDF with tool and base, and the folders of arms that ship with the library."""
+"""Pinocchio models from files: a URDF with tool and base, or the folder of an arm that ships with the library."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _MOTOR_KEYS = {"joint_to_motor": "joint_to_motor", "motor_torque_limit": "motor_
 
 
 class ArmFolder(NamedTuple):
-    """What the folder of an arm says about it.
+    """The description in the folder of an arm.
 
     Attributes:
         urdf: Path of the URDF.
@@ -46,10 +46,10 @@ class ArmFolder(NamedTuple):
 
 
 def read_arm_folder(name: str) -> ArmFolder:
-    """Return what `robots/<name>/robot.toml` says about an arm.
+    """Return the description of an arm in `robots/<name>/robot.toml`.
 
     Raises:
-        ModelError: There is no such folder, or its `robot.toml` does not describe an arm.
+        ModelError: The folder does not exist, or its `robot.toml` does not describe an arm.
     """
     from ..robots import description, path
 
@@ -62,7 +62,7 @@ def read_arm_folder(name: str) -> ArmFolder:
                 numbers[argument] = table["transmission"][key]
         return ArmFolder(path(name, robot["urdf"]), robot["flange_frame"], tuple(joints["names"]), numbers)
     except KeyError as error:
-        raise ModelError(f"{name}: its robot.toml has no key {error}, so it is not an arm to load") from None
+        raise ModelError(f"{name}: its robot.toml has no key {error}, so it is not an arm; add the key") from None
 
 
 def read_urdf(
@@ -79,17 +79,17 @@ def read_urdf(
 ) -> tuple[pin.Model, str]:
     """Return a URDF's model with tool, base and locked joints, and the name of the controlled frame.
 
-    The arguments are those of `ArmModel.from_urdf`; `name` is how errors call the arm.
+    The arguments are those of `ArmModel.from_urdf`; error messages use `name`.
 
     Raises:
         ModelError: The file cannot be read, or an argument does not fit it.
     """
     if not Path(path).is_file():
-        raise ModelError(f"{path}: no such URDF file")
+        raise ModelError(f"{path}: no such URDF file; give the path of an existing one")
     try:
         model = pin.buildModelFromUrdf(str(path))
     except (ValueError, RuntimeError) as error:
-        raise ModelError(f"{path}: is not a URDF that Pinocchio can read: {error}") from error
+        raise ModelError(f"{path}: not a URDF that Pinocchio can read: {error}") from error
     model.gravity.linear = frozen_array(gravity, (3,), "gravity")
     model = _lock_joints(model, locked_joints, name)
     if not model.existFrame(tool_frame):

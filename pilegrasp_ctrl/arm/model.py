@@ -1,4 +1,4 @@
-"""The arm as controllers see it: a Pinocchio model with limits, joint friction and one tool frame."""
+"""The controllers' model of an arm: a Pinocchio model with limits, joint friction and one tool frame."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ from .state import ArmState
 _LARGEST_CONDITION = 1e6
 """Largest condition number of a `joint_to_motor` that counts as invertible; chosen."""
 _WORLD = pin.Convention.WORLD
+"""Convention of `pin.crba` in which it also computes the joint Jacobians."""
 _WORLD_ALIGNED = pin.LOCAL_WORLD_ALIGNED
+"""Frame of Jacobian and acceleration: at the tool frame's origin, in world axes."""
 
 
 class ArmModel:
@@ -39,7 +41,7 @@ class ArmModel:
         torque_limit: (nv,) Largest torques [N·m].
         friction_coulomb: (nv,) Coulomb friction at the joints [N·m], zero where unknown.
         friction_viscous: (nv,) Viscous friction at the joints [N·m·s/rad], zero where unknown.
-        joint_to_motor: (nv, nv) Matrix with motor speeds `joint_to_motor v`; None where each joint has its own motor.
+        joint_to_motor: (nv, nv) Matrix from joint to motor speeds; None if each joint has its own motor.
         motor_torque_limit: (nv,) Largest motor torques [N·m]; None without `joint_to_motor`.
     """
 
@@ -70,7 +72,8 @@ class ArmModel:
             torque_limit: (nv,) Largest torques in place of the model's [N·m].
             friction_coulomb: (nv,) Coulomb friction [N·m]; zero by default.
             friction_viscous: (nv,) Viscous friction [N·m·s/rad]; zero by default.
-            joint_to_motor: (nv, nv) Matrix of a drive in which motors share joints; by default each joint has its own.
+            joint_to_motor: (nv, nv) Matrix from joint to motor speeds, for motors that share joints; by default each
+                joint has its own motor.
             motor_torque_limit: (nv,) Largest torques of such motors [N·m]; required with `joint_to_motor`.
 
         Raises:
@@ -78,7 +81,9 @@ class ArmModel:
         """
         if model.nq != model.nv:
             odd = [model.names[i] for i in range(1, model.njoints) if model.joints[i].nq != model.joints[i].nv]
-            raise ModelError(f"{name}: joint {odd[0]!r} is not a revolute or prismatic one; lock it or give it limits")
+            raise ModelError(
+                f"{name}: joint {odd[0]!r} is neither revolute nor prismatic; lock it, or give it limits in the URDF"
+            )
         if not model.existFrame(tool_frame):
             known = ", ".join(frame.name for frame in model.frames[-8:])
             raise ModelError(f"{name}: no frame {tool_frame!r} for the tool; the last ones of the model are {known}")
@@ -114,13 +119,13 @@ class ArmModel:
 
         Args:
             name: Folder in `robots/`.
-            tool: Mass of what the flange carries, in flange axes.
-            tool_frame: `transform_tool_to_flange`; the flange itself by default.
-            base: `transform_base_to_world`; the identity by default.
+            tool: Mass properties of the tool on the flange, in flange axes.
+            tool_frame: Pose of the controlled frame, `transform_tool_to_flange`; the flange itself by default.
+            base: Pose of the base, `transform_base_to_world`; the identity by default.
             gravity: (3,) Acceleration of gravity in world axes [m/s²].
 
         Raises:
-            ModelError: There is no such arm, or its files disagree.
+            ModelError: The arm does not exist, or its files disagree.
         """
         folder = read_arm_folder(name)
         arm = cls.from_urdf(
@@ -165,8 +170,8 @@ class ArmModel:
             path: URDF file; meshes are not needed.
             tool_frame: Name of the frame that carries the tool.
             transform_tool_to_frame: Pose of the controlled frame in `tool_frame`; the frame itself by default.
-            tool: Mass that `tool_frame` carries beyond the URDF, in its axes.
-            base: `transform_base_to_world`; the identity by default.
+            tool: Mass properties of a tool that the URDF does not hold, in the axes of `tool_frame`.
+            base: Pose of the base, `transform_base_to_world`; the identity by default.
             gravity: (3,) Acceleration of gravity in world axes [m/s²].
             locked_joints: Names of joints to hold at their neutral position, or a mapping from name to position.
             name: Name of the arm, for error messages; the file's stem by default.
@@ -177,7 +182,7 @@ class ArmModel:
             armature: (nv,) Reflected inertia of the drives [kg·m²].
             friction_coulomb: (nv,) Coulomb friction [N·m].
             friction_viscous: (nv,) Viscous friction [N·m·s/rad].
-            joint_to_motor: (nv, nv) Matrix of a drive in which motors share joints.
+            joint_to_motor: (nv, nv) Matrix from joint to motor speeds, for motors that share joints.
             motor_torque_limit: (nv,) Largest torques of such motors [N·m].
 
         Raises:
@@ -233,12 +238,11 @@ class ArmModel:
         x = self._one.copy()
         x[:nv] = q
         x[nv:-1] = v
-        # One product is cheaper than isfinite(). It is not finite if an entry is not.
+        # One product is cheaper than isfinite(), and a NaN or infinite entry makes it so too.
         if not isfinite(x.dot(x)):
             raise ModelError(f"{self.name}: q or v holds a value that is not finite: {x.tolist()}")
         q, v = x[:nv], x[nv:-1]
         model, data, frame = self._model, self._data, self._frame
-        # In world convention, crba also computes the joint Jacobians.
         M = pin.crba(model, data, q, _WORLD)
         h = pin.nonLinearEffects(model, data, q, v)
         pin.forwardKinematics(model, data, q, v, self._zero)
@@ -276,7 +280,9 @@ class ArmModel:
         shared = (np.count_nonzero(matrix, axis=0) > 1) & (np.abs(matrix).T @ motors > self.torque_limit)
         if shared.any():
             joint = self.joint_names[int(np.argmax(shared))]
-            raise ModelError(f"{self.name}: the motors give {joint!r} more than its torque_limit; lower one of the two")
+            raise ModelError(
+                f"{self.name}: the motors give {joint!r} more than its torque_limit; lower motor_torque_limit"
+            )
         matrix.setflags(write=False)
         return matrix, motors
 

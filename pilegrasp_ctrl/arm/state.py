@@ -15,7 +15,7 @@ class ArmState(NamedTuple):
     update does not touch them.
 
     Attributes:
-        x: (2 nv + 1,) q, v and a one: whatever is affine in the state is one product with x.
+        x: (2 nv + 1,) Vector [q; v; 1]; every affine function of the state is one product with it.
         q: (nv,) Joint positions [rad], a view of x.
         v: (nv,) Joint velocities [rad/s], a view of x.
         M: (nv, nv) Joint-space inertia with the drives' reflected inertia [kg·m²].

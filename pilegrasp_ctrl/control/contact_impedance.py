@@ -96,7 +96,7 @@ class ContactImpedanceController:
             posture: (nv,) Preferred posture [rad].
             solver: Name of the solver: "daqp", "osqp", "proxqp" or "quadprog".
             rate: Rate at which you call `step` [Hz].
-            force_directions: (3,) or (k, 3) Directions that yield, along the axes of the gains, of any length.
+            force_directions: (3,) or (k, 3) directions that yield, along the axes of the gains, of any length.
             free: Gains while no force is desired; required if `impedance` has a desired force.
             wrench_lag: Lag of the measured wrench as for `ImpedanceController` [s].
             force_ramp: Duration of the change from one controller to the other [s].

@@ -26,7 +26,7 @@ class AffineLimit(Protocol):
     """A limit whose bounds on the accelerations are affine in x = [q; v].
 
     Attributes:
-        name: Name in `active_limits`.
+        name: Name of the limit in `active_limits`.
     """
 
     name: str
@@ -36,16 +36,16 @@ class AffineLimit(Protocol):
 
 
 class AccelerationBounds:
-    """The tightest of several limits.
+    """The tightest bounds of several limits.
 
     If limits contradict each other, as for a joint far outside its range, the first one wins. A lower bound therefore
     never exceeds the upper one.
 
-    The demand on a joint outside its limits is bounded by what the joint can do whatever the others need. A demand
-    that the torques cannot meet would be softened together with those of all other joints.
+    The demand on a joint outside its limits is bounded by an acceleration that the joint can reach in any posture. A
+    larger demand could exceed the torques, and the bounds of all joints would then be softened.
 
     The two sides of a limit are stored as the block [lower; -upper], so the tightest of two blocks is one maximum. The
-    last block, [upper; -lower] of the first limit, is what no other limit may exceed.
+    last block, [upper; -lower] of the first limit, bounds all other limits.
 
     Attributes:
         demand: (2 nv,) Largest demand of the lower bounds, then of the upper ones [rad/s²].
@@ -58,8 +58,8 @@ class AccelerationBounds:
         Args:
             limits: Limits in the order of their precedence.
             nv: Number of joints.
-            demand: (nv,) Largest acceleration that a lower bound may ask for, and largest deceleration that an upper
-                one may [rad/s²]; unlimited by default.
+            demand: (nv,) Largest acceleration that a lower bound may ask for; likewise the deceleration of an upper one
+                [rad/s²]. Unlimited by default.
         """
         self.demand = np.full(2 * nv, np.inf) if demand is None else np.concatenate((demand, demand))
         self._names = [limit.name for limit in limits]
@@ -79,7 +79,7 @@ class AccelerationBounds:
         """Fill `lower` and `upper` (nv,) from the blocks of `split` at one state.
 
         Returns:
-            Nearness of the nearest bound [rad/s²]: above zero it demands an acceleration, below zero it allows one.
+            Value of the nearest bound [rad/s²]: a positive bound demands an acceleration, a negative one leaves room.
         """
         if not self._names:
             lower.fill(-np.inf)
@@ -95,7 +95,7 @@ class AccelerationBounds:
         return tightest.item(tightest.argmax())
 
     def name(self, blocks: list[Array], joint: int, side: str) -> str:
-        """Return which limit set the bound of `joint` on `side`, "lower" or "upper"."""
+        """Return the name of the limit that bounds `joint` on `side`, "lower" or "upper"."""
         row = joint if side == "lower" else joint + len(blocks[0]) // 2
         return f"{self._names[int(np.argmax([block[row] for block in blocks[:-1]]))]}[{joint}] {side}"
 

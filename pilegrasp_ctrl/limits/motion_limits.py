@@ -1,4 +1,4 @@
-"""Speeds and positions of the joints, as bounds on the accelerations of one control period."""
+"""Limits on speeds and positions of the joints, as bounds on the accelerations of one control period."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..types import Array
 from .acceleration_bounds import AffineBounds
 
 HORIZON_PERIODS = 2.0
-"""Control periods that velocity and position limits look ahead; chosen, the fewest without chattering."""
+"""Number of control periods that velocity and position limits look ahead; chosen, the fewest without chatter."""
 VELOCITY_MARGIN = 0.05
 """Fraction of a speed limit that is kept in reserve for an arm without joint friction; see `VelocityLimit`."""
 FRICTION_VELOCITY_MARGIN = 0.07
@@ -29,16 +29,16 @@ _SAMPLES = 64
 
 
 class VelocityLimit:
-    """Keeps |v| within the arm's limit at the end of a horizon: a <= (v_max - v) / horizon, and so below.
+    """Keeps |v| within the arm's limit at the end of a horizon: a <= (v_max - v) / horizon, and likewise below.
 
     A horizon of two control periods halves the distance to the limit in each period instead of using it up in one, so
-    the bound does not chatter. The torque is held while the arm moves on, so the acceleration that follows differs
-    from the computed one. An error of d leaves the speed `horizon d` above where it should stay, and the margin covers
-    that: 5 % of 2 rad/s cover 25 rad/s² at 500 Hz. In an arm with joint friction, a joint that changes its direction
-    reverses its friction within a period, and a light wrist beside it feels that; there the margin is 7 %.
+    the bound does not chatter. The torque is held while the arm moves on, so the acceleration that follows differs from
+    the computed one. An acceleration error of d leaves the speed `horizon d` too high, and the margin covers that: 5 %
+    of 2 rad/s cover 25 rad/s² at 500 Hz. With joint friction, a joint that changes its direction reverses its friction
+    within a period, and this disturbs a light wrist beside it. The margin is then 7 %.
 
     Attributes:
-        name: Name in `active_limits`.
+        name: Name of the limit in `active_limits`.
         speed: (nv,) Largest speeds, `margin` below the arm's [rad/s].
         horizon: Time until the end of the horizon [s].
     """
@@ -57,8 +57,8 @@ class VelocityLimit:
         Args:
             arm: Arm with the limits.
             rate: Control rate [Hz].
-            horizon_periods: Control periods that the bound looks ahead.
-            margin: Fraction of the speed that is kept in reserve; by default 0.05, and 0.07 for an arm with friction.
+            horizon_periods: Number of control periods that the bound looks ahead.
+            margin: Fraction of the speed that is kept in reserve; by default 0.05, or 0.07 for an arm with friction.
         """
         if margin is None:
             margin = FRICTION_VELOCITY_MARGIN if arm.friction_coulomb.any() else VELOCITY_MARGIN
@@ -85,12 +85,12 @@ class PositionLimit:
     and the mirror image below. Along the border of that set the joint brakes with at most `gain v_max`. The gain is
     therefore the braking acceleration that the torques allow, divided by the largest speed, and at most
     1 / `STOPPING_TIME`. The set stays invariant, and the joint approaches its limit exponentially. A joint that starts
-    beyond its limit returns at the same rate. It is the linear subset of the viable states of Del Prete, "Joint
+    beyond its limit returns at the same rate. The set is the linear subset of the viable states of Del Prete, "Joint
     position and velocity bounds in discrete-time acceleration/torque control of robot manipulators", RA-L 3(1), 2018,
     whose border is a parabola.
 
     Attributes:
-        name: Name in `active_limits`.
+        name: Name of the limit in `active_limits`.
         gain: (nv,) Largest speed over distance [1/s].
         horizon: Time until the end of the horizon [s].
     """
@@ -110,7 +110,7 @@ class PositionLimit:
         Args:
             arm: Arm with the limits.
             rate: Control rate [Hz].
-            horizon_periods: Control periods that the bound looks ahead.
+            horizon_periods: Number of control periods that the bound looks ahead.
             margin: Distance kept from either limit [rad].
             braking: (nv,) Deceleration that every joint can hold [rad/s²]; `braking_acceleration(arm)` by default.
         """
@@ -137,7 +137,7 @@ def braking_acceleration(arm: ArmModel) -> Array:
     It is the smallest of `share (torque limit - |gravity| - friction) / M_ii` over postures spread evenly between the
     position limits. The postures are a Kronecker sequence on the generalised golden ratio, so the answer never varies.
     The share is one half: the rest is for coupling with other joints and for the load of the hand. The result is at
-    least a tenth of full speed per second. A light wrist has far more than it needs.
+    least a tenth of full speed per second. For a light wrist it is far more than needed.
     """
     lower = np.where(np.isfinite(arm.q_lower), arm.q_lower, -np.pi)
     upper = np.where(np.isfinite(arm.q_upper), arm.q_upper, np.pi)

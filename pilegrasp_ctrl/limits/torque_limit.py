@@ -1,4 +1,4 @@
-"""Torques of joints, and of motors that share joints, as rows on the accelerations."""
+"""Limits on the torques of joints, and of motors that share joints, as rows on the accelerations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _ROUND_OFF = 1e-12
 
 
 class TorqueLimit:
-    """`|S (M a + offset)| <= limit`, where `offset` is every torque beside that of the acceleration.
+    """`|S (M a + offset)| <= limit`, where `offset` holds every torque except that of the acceleration.
 
     S is the identity if each joint has its own motor. In a differential two motors share two joints, and the torque
     left for one joint depends on the other's. With motor speeds `joint_to_motor v`, power is the same on both sides if
@@ -20,7 +20,7 @@ class TorqueLimit:
     keeps its row and its limit; the limits of shared joints follow from those of the motors.
 
     Attributes:
-        matrix: (nv, nv) S, or None for the identity.
+        matrix: (nv, nv) Matrix S; None for the identity.
         limit: (nv,) Largest torques of joints, and of shared motors [N·m].
         row_names: (nv,) Names in `active_limits`, such as "torque[0]" or "motor[1]".
     """

@@ -1,4 +1,4 @@
-"""Equations of motion of an arm under held torques: a plant for controllers, without a physics engine."""
+"""A simulated arm for testing controllers without a physics engine."""
 
 from __future__ import annotations
 
@@ -21,8 +21,10 @@ MAX_SPEED = 1e4
 """Length of the joint velocity beyond which the motion has diverged [rad/s]; chosen."""
 
 Environment = Callable[[Pose, Array], ArrayLike]
-"""Function from `transform_tool_to_world` and the tool's twist (6,) to the wrench (6,) on the tool at its origin, world
-axes."""
+"""Type of an environment: a function from `transform_tool_to_world` and the tool's twist (6,) to a wrench (6,).
+
+The wrench acts on the tool at its origin, in world axes.
+"""
 
 
 class ArmSample(NamedTuple):
@@ -44,7 +46,7 @@ class ArmSample(NamedTuple):
 
 
 class ArmSimulation:
-    """A plant that may differ from the controller's model in mass, payload, friction, contact and sensor noise.
+    """A plant whose mass, payload, friction, contact and sensor noise may differ from the controller's model.
 
     Torques are held for a control period, which is integrated in `substeps` steps of the midpoint rule. Joint friction
     is an impulse at the end of each step (`JointFriction`). Joints have no end stops. A run changes nothing in the
@@ -79,8 +81,8 @@ class ArmSimulation:
             mass_factor: Mass and inertia of every link over the model's [-]. The drives' reflected inertia stays,
                 because it is known better than the links'.
             payload: Point mass at the tool frame's origin that the model does not know [kg].
-            environment: Environment that touches the tool. It is evaluated at every stage of the integration, so a
-                stiffness k on a tool of mass m needs steps well below sqrt(m / k).
+            environment: Environment that touches the tool. Every stage of the integration evaluates it, so a stiffness
+                k on a tool of mass m needs steps well below sqrt(m / k).
             noise: Noise on what the controller observes.
             seed: Seed of the noise.
 
@@ -88,11 +90,11 @@ class ArmSimulation:
             ConfigurationError: A number is out of range or does not fit the arm.
         """
         if not (isinstance(substeps, int) and substeps >= 1):
-            raise ConfigurationError(f"substeps = {substeps} must be a whole number of at least 1")
+            raise ConfigurationError(f"substeps = {substeps} must be a whole number of 1 or more")
         if not 0.0 < mass_factor < inf:
             raise ConfigurationError(f"mass_factor = {mass_factor} must be positive and finite")
         if not 0.0 <= payload < inf:
-            raise ConfigurationError(f"payload = {payload} kg must not be negative and must be finite")
+            raise ConfigurationError(f"payload = {payload} kg must be finite and not negative")
         self.arm = arm
         self.friction = JointFriction(
             _frictions(arm, friction_coulomb, arm.friction_coulomb, "friction_coulomb"),
@@ -130,14 +132,16 @@ class ArmSimulation:
 
         Raises:
             ConfigurationError: The start does not fit the arm, or the duration holds no whole control period.
-            SimulationError: The joints get faster than `MAX_SPEED`, so the motion has diverged.
+            SimulationError: The joint speed exceeds `MAX_SPEED`, so the motion has diverged.
         """
         nv = self.arm.nv
         q, v = np.array(q, dtype=np.float64), np.zeros(nv) if v is None else np.array(v, dtype=np.float64)
         if q.shape != (nv,) or v.shape != (nv,) or not np.isfinite((q, v)).all():
-            raise ConfigurationError(f"{self.arm.name} starts from {nv} finite positions and as many velocities")
+            raise ConfigurationError(f"{self.arm.name} needs {nv} finite start positions and as many velocities")
         if not (0.0 < duration < inf and 0.0 < rate < inf and round(duration * rate) >= 1):
-            raise ConfigurationError(f"duration = {duration} s and rate = {rate} Hz must be finite and hold a period")
+            raise ConfigurationError(
+                f"duration = {duration} s and rate = {rate} Hz must be finite and hold at least one period"
+            )
         return self._run(torque, q, v, round(duration * rate), rate)
 
     def _run(
@@ -180,13 +184,13 @@ class ArmSimulation:
     def _advance(
         self, data: pin.Data, q: Array, v: Array, torque: Array, friction: Array, step: float
     ) -> tuple[Array, Array, Array]:
-        """Integrate one step; the friction at its start is not yet known, so that of the previous step is used."""
+        """Integrate one step; at its start, the friction of the previous step stands in for the unknown one."""
         model, friction_law = self._model, self.friction
-        start = torque if friction_law.none else torque + friction - friction_law.viscous * v
+        start = torque if friction_law.is_zero else torque + friction - friction_law.viscous * v
         a = pin.aba(model, data, q, v, self._total(start, q, v))
         q_middle, v_middle = q + 0.5 * step * v, v + 0.5 * step * a
         v_end = v + step * pin.aba(model, data, q_middle, v_middle, self._total(torque, q_middle, v_middle))
-        if not friction_law.none:
+        if not friction_law.is_zero:
             v_end, friction = friction_law.apply(pin.crba(model, data, q_middle), v, v_end, step)
         return q + 0.5 * step * (v + v_end), v_end, friction
 

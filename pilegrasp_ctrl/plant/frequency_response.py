@@ -1,4 +1,4 @@
-"""Gain and phase of a closed loop: the response of the tool to a reference that oscillates."""
+"""Gain and phase of a closed loop: the response of the tool to an oscillating reference."""
 
 from __future__ import annotations
 
@@ -16,8 +16,11 @@ from .arm_simulation import ArmSimulation
 from .tracking import Controller, simulate_tracking
 
 FREQUENCIES = tuple(np.geomspace(0.5, 20.0, 17).tolist())
-"""Frequencies of the reference [Hz]; chosen from well below to well above the default gains' natural frequencies of
-4.8 and 6.4 Hz."""
+"""Default frequencies of the reference [Hz]; chosen on both sides of the default gains' natural frequencies, 4.8 and
+6.4 Hz."""
+
+_DEFAULT_AMPLITUDES = (0.005, 0.02)
+"""Default amplitudes of the reference along [m] and about [rad] an axis; chosen."""
 
 _HALF_POWER = 10.0 ** (-3.0 / 20.0)
 """Gain of -3 dB [-], which defines the bandwidth."""
@@ -33,10 +36,10 @@ class FrequencyResponse:
     Attributes:
         frequency: (n,) Rising frequencies [Hz].
         gain: (n,) Amplitude of the tool's motion over that of the reference [-].
-        phase: (n,) Phase of the tool relative to the reference [rad], continuous over the frequency; negative where the
+        phase: (n,) Phase of the tool relative to the reference [rad], continuous over the frequency; negative if the
             tool lags.
         distortion: (n,) Rms of the motion along the axis at other frequencies, over the rms at the reference's [-]. A
-            linear loop has none. With friction or limits, gain and phase hold for this amplitude only.
+            linear loop has no distortion. With friction or limits, gain and phase hold for this amplitude only.
         amplitude: Amplitude of the reference [m or rad].
         active_limits: Names of the limits that were active at any frequency, after the transient.
         fallbacks: Number of periods in which the controller's program had no solution.
@@ -60,7 +63,7 @@ class FrequencyResponse:
     def bandwidth(self) -> float:
         """Frequency at which the gain first falls 3 dB below 1 [Hz], interpolated in log frequency and decibel.
 
-        It is inf where the gain stays above at all frequencies, and 0 where it is below at the lowest.
+        It is inf if the gain stays above at all frequencies, and 0 if it is below at the lowest.
         """
         below = np.flatnonzero(self.gain < _HALF_POWER)
         if not below.size:
@@ -125,11 +128,11 @@ def frequency_response(
     """
     q, frequency = np.asarray(q, dtype=np.float64), np.unique(np.asarray(frequencies, dtype=np.float64))
     if axis not in range(6):
-        raise ConfigurationError(f"axis = {axis!r} must be 0 to 2 for x, y, z or 3 to 5 for turns about them")
+        raise ConfigurationError(f"axis = {axis!r} must be 0 to 2 for x, y, z or 3 to 5 for rotations about them")
     highest = rate / _SAMPLES_PER_PERIOD
     if not frequency.size or not (np.isfinite(frequency).all() and frequency[0] > 0.0 and frequency[-1] <= highest):
         raise ConfigurationError(f"frequencies must be positive and at most a quarter of the rate, {highest:g} Hz")
-    size = (0.005 if axis < 3 else 0.02) if amplitude is None else amplitude
+    size = _DEFAULT_AMPLITUDES[axis // 3] if amplitude is None else amplitude
     for name, value in (("amplitude", size), ("transient", transient), ("periods", periods)):
         if not 0.0 < value < inf:
             raise ConfigurationError(f"{name} = {value} must be positive and finite")
@@ -175,7 +178,7 @@ class _Oscillation:
 def _fit(wave: Array, motion: Array, amplitude: float) -> tuple[float, float, float]:
     """Return gain [-], phase [rad] and distortion [-] by least squares on sine, cosine and a constant.
 
-    This equals correlation over whole periods, and it is also right where a period is no whole number of samples.
+    Over whole periods this equals correlation. It is also right if a period is not a whole number of samples.
     """
     columns = np.column_stack((np.sin(wave), np.cos(wave), np.ones(len(wave))))
     weights = np.linalg.lstsq(columns, motion, rcond=None)[0]

@@ -9,7 +9,7 @@ from ..exceptions import SimulationError
 from ..types import Array
 
 _HELD = 1e-9
-"""Relative distance of the friction from its bound above which a joint is held [-]; chosen above round-off."""
+"""Relative distance of the friction from its bound above which a joint sticks [-]; chosen above round-off."""
 
 
 class JointFriction:
@@ -19,7 +19,7 @@ class JointFriction:
 
         (M + ½ t B) v⁺ = M v_free - ½ t B v + t f,        |f| <= coulomb
 
-    where f holds a joint (v⁺ = 0) if the friction suffices, and opposes its motion with all of coulomb otherwise. It is
+    where f holds a joint (v⁺ = 0) if the friction suffices, and opposes its motion with all of coulomb otherwise. f is
     the optimum of a quadratic program (J. J. Moreau, "Unilateral contact and dry friction in finite freedom
     dynamics", in Nonsmooth Mechanics and Applications, 1988). An active-set method solves it exactly, so joints that
     are coupled through the inertia stick and slip together. The viscous part B is implicit, so that a light joint with
@@ -28,17 +28,17 @@ class JointFriction:
     Attributes:
         coulomb: (nv,) Coulomb friction [N·m].
         viscous: (nv,) Viscous friction [N·m·s/rad].
-        none: Whether there is no friction at all.
+        is_zero: Whether every joint is free of friction.
     """
 
     def __init__(self, coulomb: Array, viscous: Array) -> None:
-        """Take Coulomb (nv,) [N·m] and viscous (nv,) [N·m·s/rad] friction, neither negative."""
+        """Take Coulomb (nv,) [N·m] and viscous (nv,) [N·m·s/rad] friction; both must not be negative."""
         self.coulomb, self.viscous = coulomb, viscous
-        self.none = not (coulomb.any() or viscous.any())
+        self.is_zero = not (coulomb.any() or viscous.any())
         self._dry = np.flatnonzero(coulomb > 0.0)
         self._bound = np.ascontiguousarray(coulomb[self._dry])
         self._rows = np.zeros((0, len(self._dry)))
-        self._kinds = np.zeros(len(self._dry), dtype=np.int32)
+        self._constraint_types = np.zeros(len(self._dry), dtype=np.int32)
 
     def apply(self, M: Array, v: Array, v_free: Array, step: float) -> tuple[Array, Array]:
         """Return the velocities at the end of a step (nv,) [rad/s] and the Coulomb friction in it (nv,) [N·m].
@@ -50,7 +50,7 @@ class JointFriction:
             step: Time step [s].
 
         Raises:
-            SimulationError: The program has no solution, which happens only with values that are not finite.
+            SimulationError: The program has no solution, which happens only if values are not finite.
         """
         damping = 0.5 * step * self.viscous
         compliance = np.linalg.inv(M + np.diag(damping))
@@ -59,7 +59,9 @@ class JointFriction:
         dry = self._dry
         if dry.size:
             H = np.ascontiguousarray(compliance[np.ix_(dry, dry)])
-            f, _, flag, _ = daqp.solve(H, v_end[dry] / step, self._rows, self._bound, -self._bound, self._kinds)
+            f, _, flag, _ = daqp.solve(
+                H, v_end[dry] / step, self._rows, self._bound, -self._bound, self._constraint_types
+            )
             if flag <= 0:
                 raise SimulationError("the joint friction has no solution: the motion is not finite; use more substeps")
             friction[dry] = f

@@ -1,4 +1,4 @@
-"""Noise of encoders, and of velocities that are differences of their readings."""
+"""Noise of encoder readings, and of velocities that are differences of these readings."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class SensorNoise:
 
         A reading has an error of up to half a count, whose standard deviation is count / sqrt(12). The difference of
         two readings over one period has count · rate / sqrt(6). Barrett's driver computes velocities in this way
-        (libbarrett, `LowLevelWam::update`). True rounding repeats while the joint rests, which disturbs less than white
+        (libbarrett, `LowLevelWam::update`). True rounding repeats while the joint rests, so it disturbs less than white
         noise. A difference also lags by half a period, which is not modelled.
 
         Args:

@@ -19,7 +19,7 @@ SETTLING_BAND = 0.02
 """Share of the step within which the error must stay to count as settled [-]; the usual 2 %."""
 
 STEADY_SHARE = 0.1
-"""Share of the time at its end over which the steady-state error is averaged [-]; chosen."""
+"""Share of the simulated time, at its end, over which the steady-state error is averaged [-]; chosen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,13 +33,13 @@ class StepResponse:
         error: (n, 6) Error from the true tool to the reference, world axes, linear part first [m, rad].
         torque: (n, nv) Commanded torques [N·m].
         step: (6,) Step, displacement then rotation vector [m, rad].
-        rise_time: Time from 10 % to 90 % of the step along its direction [s]; inf where 90 % is not reached.
+        rise_time: Time from 10 % to 90 % of the step along its direction [s]; inf if 90 % is not reached.
         settling_time: Time until the length of the error stays below 2 % of the step's [s], with the motion across the
-            step; inf where it does not settle within the simulated time.
-        overshoot: Largest excess over the step along its direction, as a fraction of it; 0 where there is none.
+            step; inf if it does not settle within the simulated time.
+        overshoot: Largest excess over the step along its direction, as a fraction of it; 0 if there is none.
         steady_state_error: Lengths of the mean position and orientation errors over the last tenth of the time
             [m, rad].
-        torque_share: Largest ratio of a joint's torque to its limit; 1 where a torque limit was reached.
+        torque_share: Largest ratio of a joint's torque to its limit; 1 if a torque limit was reached.
         active_limits: Names of the limits that were active at any time. If there are any, the response is slower than
             the gains and does not scale with the step.
         fallbacks: Number of periods in which the controller's program had no solution.
@@ -109,7 +109,7 @@ def step_response(
     simulation = ArmSimulation(arm) if simulation is None else simulation
     motion = simulate_tracking(simulation, controller, jump.at, q, duration, rate)
     parts = [part for part in (slice(0, 3), slice(3, 6)) if step[part].any()]
-    metrics = [_metrics(motion.time, motion.error[:, part], step[part], 1.0 / rate) for part in parts]
+    metrics = [_measure(motion.time, motion.error[:, part], step[part], 1.0 / rate) for part in parts]
     rise, settling, overshoot = (max(values) for values in zip(*metrics, strict=True))
     end = motion.error[-max(1, round(STEADY_SHARE * len(motion.time))) :].mean(axis=0)
     return StepResponse(
@@ -127,7 +127,7 @@ def step_response(
     )
 
 
-def _metrics(time: Array, error: Array, step: Array, period: float) -> tuple[float, float, float]:
+def _measure(time: Array, error: Array, step: Array, period: float) -> tuple[float, float, float]:
     """Return rise time [s], settling time [s] and overshoot [-] of one part of the error (n, 3)."""
     covered = 1.0 - error @ step / (step @ step)
     nearly = _crossing(time, covered, 0.9)
@@ -139,7 +139,7 @@ def _metrics(time: Array, error: Array, step: Array, period: float) -> tuple[flo
 
 
 def _crossing(time: Array, values: Array, level: float) -> float:
-    """Return the interpolated time at which `values` first reach `level` [s]; inf where they never do."""
+    """Return the interpolated time at which `values` first reach `level` [s]; inf if they never do."""
     above = np.flatnonzero(values >= level)
     if not above.size:
         return inf

@@ -1,4 +1,4 @@
-"""Tracking: a controller moves a simulated arm along a reference, and the true motion is compared with it."""
+"""Tracking: a controller moves a simulated arm along a reference, from which the true motion deviates."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ def simulate_tracking(
     duration: float,
     rate: float = 500.0,
 ) -> Motion:
-    """Run the closed loop from rest.
+    """Run the closed loop from rest, and return the motion.
 
     Args:
         simulation: Plant.
-        controller: Controller, called once a period.
+        controller: Controller, called once per period.
         reference: Function from a time [s] to the tool's reference, for example `StraightLine(...).at`.
         q: (nv,) Joint positions at time 0 [rad].
         duration: Simulated time [s].

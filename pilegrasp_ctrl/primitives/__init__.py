@@ -1,1 +1,1 @@
-"""Motion primitives, each of which ends by an event: approach, push, grasp, lift, move, carry and release."""
+"""Motion primitives, each of which ends by an event: approach, push, grasp, scoop, lift, move, carry, release."""

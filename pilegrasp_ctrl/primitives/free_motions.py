@@ -1,4 +1,4 @@
-"""Move, lift and carry: straight motions in free space, which end at their goal."""
+"""Move, lift and carry: straight motions in free space that end at their goal."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from ..types import Array, Pose
 from .primitive import NO_FORCE, UP, ActivePath, Ending, PrimitiveInput, Setpoint, horizontal_part
 
 SETTLE_TIME = 0.5
-"""Time at rest after a line, in which a recording shows how the error decays [s]; chosen."""
+"""Time at rest after a line [s]; chosen so that a recording shows the error's decay."""
 
 TOLERANCE = 0.05
 """Distance of the tool from its goal beyond which a motion has failed [m]; chosen."""
 
 CARRY_REST_TIME = 0.3
-"""Time at rest after a carry, in which an object that hangs in the hand comes to rest [s]; chosen."""
+"""Time at rest after a carry [s]; chosen so that an object that hangs in the hand comes to rest."""
 
 CARRY_BACK = 0.06
-"""Distance by which a hand in the bin backs off on its way up [m]; chosen so that it does not wipe over the rim."""
+"""Distance by which a hand backs off as it rises from the bin [m]; chosen so that it does not touch the rim."""
 
 CARRY_ANGULAR_SPEED = 0.6
 """Largest angular speed of a carry [rad/s]; chosen."""
@@ -34,7 +34,7 @@ class Move:
     """Follow a straight line.
 
     Attributes:
-        displacement: (3,) displacement of the tool [m].
+        displacement: (3,) Displacement of the tool [m].
         speed: Speed of the tool [m/s].
         closure: Closure of the hand.
     """
@@ -53,7 +53,7 @@ class Move:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActiveMove(ActivePath):
-    """A move under way."""
+    """A move that has begun."""
 
     def ending(self, inputs: PrimitiveInput) -> Ending | None:
         """End after the line and the rest time; fail if the tool is not at the end of the line."""
@@ -73,8 +73,8 @@ class Lift:
         height: Height of the lift [m].
         speed: Speed of the lift [m/s].
         hold: Time of the hold [s].
-        back: (3,) horizontal displacement with which the lift begins, measured from the hand [m]. The hand rises by the
-            same distance meanwhile. Without it, the reference stays ahead of the hand and keeps the pressure.
+        back: (3,) Horizontal displacement with which the lift begins, measured from the hand [m]. The hand rises by the
+            same distance meanwhile. Without it, the reference stays ahead of the hand and maintains the pressure.
     """
 
     height: float
@@ -99,12 +99,12 @@ class Lift:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActiveLift(ActivePath):
-    """A lift under way."""
+    """A lift that has begun."""
 
     plan: Lift
 
     def force(self, inputs: PrimitiveInput) -> float:
-        """Return the weight that the hand carries more than at the start [N]."""
+        """Return the weight that the hand carries in addition to that at the start [N]."""
         return float(-self.force_change(inputs)[2])
 
     def ending(self, inputs: PrimitiveInput) -> Ending | None:
@@ -119,7 +119,7 @@ class ActiveLift(ActivePath):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Carry:
-    """Move to `pose`; a hand that is lower than `pose` rises to its height first.
+    """Move to `pose`; a hand below `pose` first rises to its height.
 
     Attributes:
         pose: Goal pose of the tool.
@@ -151,7 +151,7 @@ class Carry:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActiveCarry(ActivePath):
-    """A carry under way."""
+    """A carry that has begun."""
 
     def ending(self, inputs: PrimitiveInput) -> Ending | None:
         """End after the path and the rest time; fail if the tool is not at its goal."""

@@ -1,4 +1,4 @@
-"""Grasp, scoop and release: what the hand does with the objects before it."""
+"""Grasp, scoop and release: primitives in which the hand takes objects or lets them go."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ TILT_REST_TIME = 0.2
 class Grasp:
     """Close the hand for `duration`, and advance along the push at a speed that falls to zero at F_grasp.
 
-    The authors' arm keeps the pressure because it is soft: at 17 N its reference is some 0.1 m ahead of it, and stays
-    there while the fingers curl and give way. A stiffer arm has to follow the fingers.
+    The authors' arm maintains the pressure because it is soft. At 17 N its reference is about 0.1 m ahead of it, and
+    stays there while the fingers curl and yield. A stiffer arm has to follow the fingers.
 
     Attributes:
-        duration: Time that the hand takes to close [s].
-        direction: (3,) unit vector of the push in the world.
+        duration: Closing time of the hand [s].
+        direction: (3,) Unit vector of the push in the world.
         speed: |v_hand| of the push [m/s].
         grasp_force: F_grasp [N].
         advance: Longest distance that the reference advances or retreats [m].
@@ -49,7 +49,7 @@ class Grasp:
 
 @dataclass(slots=True, eq=False)
 class ActiveGrasp:
-    """A grasp under way. It remembers how far it has advanced."""
+    """A grasp that has begun. It remembers how far it has advanced."""
 
     plan: Grasp
     start: PrimitiveInput
@@ -69,7 +69,7 @@ class ActiveGrasp:
         return Setpoint(Reference(self.start_pose.moved(self._advanced * plan.direction), twist), 1.0)
 
     def pressure(self, inputs: PrimitiveInput) -> float:
-        """Return the force against the push [N]; it was F_grasp when the grasp began."""
+        """Return the force against the push [N]; it counts as F_grasp at the start."""
         change = self.plan.direction @ (inputs.wrench[:3] - self.start.wrench[:3])
         return self.plan.grasp_force - float(change)
 
@@ -116,7 +116,7 @@ class Scoop:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActiveScoop(ActivePath):
-    """A scoop under way."""
+    """A scoop that has begun."""
 
     def ending(self, inputs: PrimitiveInput) -> Ending | None:
         """End after the tilt and the rest time."""
@@ -143,7 +143,7 @@ class Release:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActiveRelease(ActivePath):
-    """A release under way."""
+    """A release that has begun."""
 
     plan: Release
 

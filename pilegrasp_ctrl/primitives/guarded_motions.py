@@ -1,4 +1,4 @@
-"""Approach and push: motions toward a contact, which end when the wrist sensor feels it."""
+"""Approach and push: motions toward a contact that end when the wrist sensor feels it."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ..types import Array, Pose
 from .primitive import NO_FORCE, OVERTIME, ActivePath, Ending, PrimitiveInput, Setpoint
 
 SEARCH_DEPTH = 0.05
-"""Depth below the expected surface at which the descent gives up [m]; chosen."""
+"""Depth below the expected surface at which the descent fails [m]; chosen."""
 
 COLLISION_FACTOR = 5.0
 """Force in free space that counts as a collision, as a multiple of the touch force [-]; chosen."""
 
 SINK_SPEED = 0.04
-"""Speed of the reference on its way down to the press depth [m/s]; chosen."""
+"""Speed of the reference as it sinks to the press depth [m/s]; chosen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Approach:
         speed: Speed of the free-space line [m/s].
         touch_speed: Speed of the descent [m/s].
         touch_force: Normal force at which the descent ends, relative to the start [N].
-        closure: Preshape of the hand.
+        closure: Closure of the preshaped hand, in [0, 1].
     """
 
     pre_grasp: Pose
@@ -53,7 +53,7 @@ class Approach:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActiveApproach(ActivePath):
-    """An approach under way."""
+    """An approach that has begun."""
 
     plan: Approach
 
@@ -80,13 +80,13 @@ class Push:
     """Slide along `direction` at `speed` until the force along the push reaches F_grasp.
 
     Attributes:
-        direction: (3,) unit vector of the push in the world.
-        speed: |v_hand| [m/s].
-        grasp_force: F_grasp, along the push and relative to the start [N].
+        direction: (3,) Unit vector of the push in the world.
+        speed: Speed of the push, |v_hand| [m/s].
+        grasp_force: Force F_grasp along the push, relative to the start [N].
         travel: Longest distance of the push [m].
         press_depth: Depth of the reference below touch-down, which keeps a soft hand in contact with the support [m].
         normal_force: Desired force on the support, for a hand that is force-controlled [N].
-        closure: Preshape of the hand.
+        closure: Closure of the preshaped hand, in [0, 1].
     """
 
     direction: Array
@@ -100,7 +100,7 @@ class Push:
     tares: ClassVar[bool] = True
 
     def begin(self, inputs: PrimitiveInput, last: Setpoint) -> ActivePush:
-        """Start where the hand touches down, wherever the reference is by then."""
+        """Continue from the last reference pose; the press depth is measured from the actual height of the hand."""
         reference = last.reference.pose
         sink = inputs.pose.translation[2] - self.press_depth - reference.translation[2]
         down = StraightLine(reference, np.array([0.0, 0.0, sink]), SINK_SPEED)
@@ -111,7 +111,7 @@ class Push:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActivePush(ActivePath):
-    """A push under way."""
+    """A push that has begun."""
 
     plan: Push
 

@@ -12,23 +12,23 @@ from ..trajectories.straight_line import LineChain
 from ..types import Array, Pose, Reference
 
 NO_FORCE = np.zeros(6)
-"""Desired force of a hand that need not press on anything [N, N·m]."""
+"""Desired wrench (6,) of a hand that need not press on anything [N, N·m]."""
 NO_FORCE.setflags(write=False)
 
 UP = np.array([0.0, 0.0, 1.0])
-"""Unit vector away from the floor."""
+"""Unit vector (3,) of the vertical, upwards."""
 
 OVERTIME = 0.5
-"""Time for which a primitive still waits for its event after its path has ended [s]; chosen."""
+"""Time for which a primitive waits for its event after the end of its path [s]; chosen."""
 
 
 class PrimitiveInput(NamedTuple):
-    """What a primitive may use: the clock, the arm's own kinematics and the wrist sensor.
+    """The inputs of a primitive: time, the arm's own kinematics and the wrist sensor.
 
     Attributes:
         time: Time [s].
         pose: Pose of the tool frame in the world, from the joint angles.
-        wrench: (6,) wrench of the environment on the hand, in world axes [N, N·m].
+        wrench: (6,) Wrench of the environment on the hand, in world axes [N, N·m].
     """
 
     time: float
@@ -37,12 +37,12 @@ class PrimitiveInput(NamedTuple):
 
 
 class Setpoint(NamedTuple):
-    """What a primitive asks for at one instant.
+    """The output of a primitive at one instant.
 
     Attributes:
         reference: Pose, twist and acceleration of the tool frame.
         closure: Closure of the hand, in [0, 1].
-        desired_force: (6,) force that the hand should exert on the environment [N, N·m]. Only impedance control uses
+        desired_force: (6,) Force that the hand should exert on the environment [N, N·m]. Only impedance control uses
             it.
     """
 
@@ -53,11 +53,11 @@ class Setpoint(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """How a primitive ended.
+    """The end of a primitive.
 
     Attributes:
-        trigger: Event that ended it, or the reason of the failure.
-        failed: Whether it failed.
+        trigger: Event that ended the primitive, or the reason for its failure.
+        failed: Whether the primitive failed.
     """
 
     trigger: str
@@ -68,16 +68,13 @@ class ActivePrimitive(Protocol):
     """A primitive that has begun."""
 
     def setpoint(self, inputs: PrimitiveInput) -> Setpoint:
-        """Return the present setpoint. The loop calls this once a control period."""
-        ...
+        """Return the present setpoint. The loop calls this once per control period."""
 
     def ending(self, inputs: PrimitiveInput) -> Ending | None:
-        """Return how the primitive ended, or None while it goes on."""
-        ...
+        """Return how the primitive ended, or None while it continues."""
 
     def force(self, inputs: PrimitiveInput) -> float:
-        """Return the force that the primitive watches, relative to its start [N]."""
-        ...
+        """Return the force that the primitive monitors, relative to its start [N]."""
 
 
 class Primitive(Protocol):
@@ -88,12 +85,10 @@ class Primitive(Protocol):
 
     @property
     def name(self) -> str:
-        """Name in the outcomes."""
-        ...
+        """Name of the primitive in the outcomes."""
 
     def begin(self, inputs: PrimitiveInput, last: Setpoint) -> ActivePrimitive:
         """Start now, and continue from the last setpoint so that the reference never jumps."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,7 +99,7 @@ class ActivePath:
         start: Inputs at the start.
         path: Path of the tool.
         closure: Closure of the hand.
-        desired_force: (6,) force that the hand should exert on the environment [N, N·m].
+        desired_force: (6,) Force that the hand should exert on the environment [N, N·m].
     """
 
     start: PrimitiveInput
@@ -117,7 +112,7 @@ class ActivePath:
         return inputs.time - self.start.time
 
     def force_change(self, inputs: PrimitiveInput) -> Array:
-        """Return how much the force (3,) on the hand has changed since the start [N]."""
+        """Return the change (3,) of the force on the hand since the start [N]."""
         return inputs.wrench[:3] - self.start.wrench[:3]
 
     def setpoint(self, inputs: PrimitiveInput) -> Setpoint:
@@ -131,5 +126,5 @@ class ActivePath:
 
 
 def horizontal_part(rotation: Array) -> Array:
-    """Return the horizontal part (3,) of the direction of the fingers; `rotation` (3, 3) is the tool's."""
+    """Return the horizontal part (3,) of the fingers' direction; `rotation` (3, 3) is the orientation of the tool."""
     return rotation[:, 0] * np.array([1.0, 1.0, 0.0])

@@ -10,13 +10,13 @@ from ..types import Array
 from .program import QuadraticProgram
 
 _TOLERANCE = 1e-9
-"""Largest excess of a bound [rad/s², N·m]; DAQP's default of 1e-6 is no faster and misses optima that lie closer."""
+"""Largest excess of a bound [rad/s², N·m]; DAQP's default of 1e-6 is no faster and less exact."""
 
 
 class DaqpSolver:
     """Solves each program from scratch.
 
-    At this size a warm start gains nothing, and without it answers do not depend on history.
+    At this size a warm start gains nothing. Without it, answers do not depend on history.
 
     Attributes:
         name: "daqp".

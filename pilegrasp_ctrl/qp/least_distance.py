@@ -1,4 +1,4 @@
-"""The quadratic program as a least distance, and its exact optimum from a guess of the active bounds."""
+"""The quadratic program as a least-distance program, and its exact optimum from a guess of the active bounds."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ class LeastDistanceProgram(NamedTuple):
     """The y nearest to `goal` with `lower <= rows y <= upper`, where x = L⁻ᵀ y and L Lᵀ = H.
 
     Splitting and proximal methods converge slowly if the cost's curvature differs between directions, here by the ratio
-    of tool to posture weight. Their answers are as inexact as their tolerances, but their multipliers tell which bounds
-    are active, or nearly so. A dual active-set method goes on from there: it drops the bounds that pull, then adds the
-    most exceeded one until none is exceeded. The right guess needs no step at all. The answer is in closed form for the
-    final active set, so it does not depend on the guess.
+    of tool to posture weight. Their answers are as inexact as their tolerances, but their multipliers show, at least
+    nearly, which bounds are active. A dual active-set method continues from this guess: it drops the bounds that pull,
+    then adds the most exceeded one until none is exceeded. The right guess needs no step at all. The answer is in
+    closed form for the final active set, so it does not depend on the guess.
 
     Attributes:
         goal: (n,) Minimum without bounds.
         rows: (k, n) Rows of unit length, one for each row of x and of G x that is bounded and not zero.
         lower: (k,) Lower bounds; -inf where there is none.
         upper: (k,) Upper bounds; inf where there is none.
-        inverse: (n, n) L⁻¹.
+        inverse: (n, n) Inverse L⁻¹.
         place: (k,) Indices of the rows among the n + m of the program.
         length: (k,) Lengths of the rows before they were scaled.
     """
@@ -46,7 +46,7 @@ class LeastDistanceProgram(NamedTuple):
     length: Array
 
     @classmethod
-    def of(cls, problem: QuadraticProgram) -> LeastDistanceProgram | None:
+    def from_problem(cls, problem: QuadraticProgram) -> LeastDistanceProgram | None:
         """Return the program in y; None if it is not finite, H is not positive definite, or a row is infeasible."""
         H, f, G, lower, upper = problem
         if not all(np.isfinite(array).all() for array in (H, f, G)) or not (lower <= upper).all():
@@ -79,7 +79,7 @@ class LeastDistanceProgram(NamedTuple):
             return self.goal
         guess = np.where(np.abs(multipliers) > _SMALL * np.abs(multipliers).max(), np.sign(multipliers), 0.0)
         active = WorkingSet(self.goal, self.rows, self.lower, self.upper, guess)
-        # The method needs about as many steps as there are rows; only round-off could make it need more.
+        # The method needs about as many steps as there are rows; only round-off could cause more.
         for _ in range(10 * len(self.rows)):
             values = self.rows @ active.y
             excess = np.maximum(self.lower - values, values - self.upper)

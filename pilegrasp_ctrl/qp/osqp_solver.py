@@ -11,19 +11,20 @@ from .least_distance import LeastDistanceProgram
 from .program import QuadraticProgram
 
 _INFINITY = 1e30
-"""Value that OSQP takes for no bound."""
+"""Value of a bound that OSQP treats as none."""
 _SETTINGS = {
     "verbose": False,
     "rho": 10.0,
-    # Enough to find the active set, or nearly, at the cost's own scale of 1.
+    # This nearly finds the active set; the cost's scale is 1.
     "eps_abs": 1e-5,
     "eps_rel": 1e-5,
     "max_iter": 100,
     "check_termination": 10,
     "scaling": 0,
-    # Its own polishing prints to standard output whenever no bound is active.
+    # OSQP's polishing prints to standard output whenever no bound is active.
     "polishing": False,
 }
+"""Settings of OSQP; chosen."""
 
 
 class OsqpSolver:
@@ -32,8 +33,8 @@ class OsqpSolver:
     The method is that of Stellato et al., "OSQP: an operator splitting solver for quadratic programs", Mathematical
     Programming Computation 12, 2020. It gets the program as a least distance, in which the cost is a sphere and every
     row has unit length, scaled so that the distance is about 1. It need not converge, and with softened bounds it often
-    does not. Its multipliers tell which bounds are active, or nearly so; `LeastDistanceProgram.nearest` goes on from
-    there to the exact optimum.
+    does not. Its multipliers are the guess of the active bounds from which `LeastDistanceProgram.nearest` finds the
+    exact optimum.
 
     Attributes:
         name: "osqp".
@@ -47,7 +48,7 @@ class OsqpSolver:
 
     def solve(self, problem: QuadraticProgram) -> Array | None:
         """Return x (n,), or None if there is none."""
-        distance = LeastDistanceProgram.of(problem)
+        distance = LeastDistanceProgram.from_problem(problem)
         if distance is None:
             return None
         y = distance.nearest(self._multipliers(distance))
@@ -72,7 +73,7 @@ class OsqpSolver:
         # Each program starts from the same point, so an answer does not depend on earlier ones.
         workspace.update_settings(rho=_SETTINGS["rho"])
         workspace.warm_start(x=np.zeros(rows.shape[1]), y=np.zeros(len(rows)))
-        # They are negative at lower bounds.
+        # OSQP's multipliers are negative at lower bounds.
         return np.nan_to_num(-workspace.solve(raise_error=False).y)
 
 

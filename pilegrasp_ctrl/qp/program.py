@@ -19,8 +19,8 @@ FEASIBILITY = 1e-5
 SOFT_WEIGHT = 1e4
 """Cost of exceeding a softened bound, against the tool's weight of 1; chosen.
 
-The farthest target asks for some 1000 m/s². At this cost it exceeds a bound by 0.1 rad/s²: 0.4 mrad/s at the end of the
-limits' horizon, less than their margin. With a cost of 100, a joint outside its range was driven further outwards.
+The farthest target asks for about 1000 m/s². At this cost it exceeds a bound by 0.1 rad/s². That is 0.4 mrad/s at the
+end of the limits' horizon, less than their margin. A cost of 100 drives a joint outside its range farther outwards.
 """
 
 
@@ -56,7 +56,7 @@ class QuadraticProgram(NamedTuple):
 
 
 class Solver(Protocol):
-    """Proposes a solution; `solve` below checks it.
+    """A solver that proposes a solution; the function `solve` checks it.
 
     Attributes:
         name: Name of the solver, for error messages.
@@ -85,7 +85,7 @@ class Solution(NamedTuple):
 
 
 def solve(problem: QuadraticProgram, solver: Solver) -> Solution:
-    """Solve with hard bounds and, if the bounds on x contradict those on G x, with soft bounds on x.
+    """Return the solution with hard bounds or, if the bounds on x contradict those on G x, with soft bounds on x.
 
     The solver's status is not used: the bounds are evaluated at its answer.
 
@@ -117,7 +117,7 @@ def make_solver(name: str) -> Solver:
     """Return the solver `name`, one of `SOLVERS`.
 
     Raises:
-        ConfigurationError: There is no such solver, or its package is not installed.
+        ConfigurationError: The solver is unknown, or its package is not installed.
     """
     if name not in SOLVERS:
         raise ConfigurationError(f"no solver {name!r}; the solvers are {', '.join(SOLVERS)}")
@@ -132,4 +132,4 @@ def _check_finite(problem: QuadraticProgram) -> None:
         if not np.isfinite(array).all():
             raise SolverError(f"the quadratic program's {name} holds a value that is not finite")
     if np.isnan(problem.lower).any() or np.isnan(problem.upper).any():
-        raise SolverError("the quadratic program's bounds hold a value that is not a number")
+        raise SolverError("the quadratic program's bounds hold a NaN")

@@ -15,7 +15,7 @@ except ImportError:
     raise ConfigurationError("the solver 'proxqp' needs an optional package: pip install 'pilegrasp[proxqp]'") from None
 
 _INFINITY = 1e20
-"""Value that ProxQP takes for no bound."""
+"""Value of a bound that ProxQP treats as none."""
 
 
 class ProxqpSolver:
@@ -24,9 +24,8 @@ class ProxqpSolver:
     The method is the proximal augmented-Lagrangian one of Bambade et al., "PROX-QP: yet another quadratic programming
     solver for robotics and beyond", RSS 2022. It gets the program scaled so that the cost's gradient is about 1,
     because its tolerance is absolute; otherwise programs with softened bounds do not converge. If the cost hardly
-    curves, it stops far from the optimum, and its last digits depend on the workspace's place in memory. Its
-    multipliers tell which bounds are active, or nearly so; `LeastDistanceProgram.nearest` goes on from there to the
-    exact optimum.
+    curves, the method stops far from the optimum, and its last digits depend on the workspace's place in memory. Its
+    multipliers are the guess of the active bounds from which `LeastDistanceProgram.nearest` finds the exact optimum.
 
     Attributes:
         name: "proxqp".
@@ -40,7 +39,7 @@ class ProxqpSolver:
 
     def solve(self, problem: QuadraticProgram) -> Array | None:
         """Return x (n,), or None if there is none."""
-        distance = LeastDistanceProgram.of(problem)
+        distance = LeastDistanceProgram.from_problem(problem)
         if distance is None:
             return None
         multipliers = self._multipliers(problem)
@@ -58,17 +57,17 @@ class ProxqpSolver:
             workspace = self._workspaces[G.shape] = _workspace(n, len(G))
         workspace.init(H, f / unit, None, None, G, lower[n:], upper[n:], lower[:n], upper[:n])
         workspace.solve()
-        # ProxQP orders them G x, then x, and they are negative at lower bounds.
+        # ProxQP orders multipliers as G x, then x; they are negative at lower bounds.
         return np.nan_to_num(-np.roll(workspace.results.z, n))
 
 
 def _workspace(n: int, m: int) -> proxqp.dense.QP:
     workspace = proxqp.dense.QP(n, 0, m, True)
     settings = workspace.settings
-    # The posture has a weight of 1e-4: a tolerance near that would leave the posture to chance.
+    # The posture has a weight of 1e-4; a tolerance near that would leave the posture undetermined.
     settings.eps_abs, settings.eps_rel = 1e-9, 0.0
     # Each program starts from the same point, so an answer does not depend on earlier ones.
     settings.initial_guess = proxqp.InitialGuess.NO_INITIAL_GUESS
-    # Enough for the active set. Without a solution, the defaults would run for thousands of iterations.
+    # This is enough for the active set. Without a solution, the defaults would run for thousands of iterations.
     settings.max_iter, settings.max_iter_in = 20, 20
     return workspace

@@ -20,8 +20,8 @@ class QuadprogSolver:
     """Solves each program from scratch.
 
     quadprog takes one-sided rows and equations only. A two-sided row becomes two rows, and a row with equal bounds
-    becomes an equation. Its tolerances are absolute, so it gets a cost of size 1 and rows of length 1; with a cost of
-    size 1e6 its answers are wrong.
+    becomes an equation. Its tolerances are absolute, so it gets a cost of size 1 and rows of length 1. With a cost of
+    size 1e6 its answers would be wrong.
 
     Attributes:
         name: "quadprog".

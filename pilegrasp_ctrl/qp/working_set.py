@@ -8,19 +8,20 @@ from numpy.typing import NDArray
 from ..types import Array
 
 _PARALLEL = 1e-8
-"""Largest part of a row of length 1 outside the span of others with which it counts as dependent; chosen."""
+"""Length outside the span of the other rows below which a row of length 1 counts as dependent; chosen."""
 
 
 class WorkingSet:
     """The point nearest to `goal` on the active bounds, with the force (multiplier) of each bound.
 
-    No bound ever pulls. The steps are those of Goldfarb and Idnani, "A numerically stable dual method for solving
-    strictly convex quadratic programs", Mathematical Programming 27, 1983, for a cost that is a sphere.
+    No bound ever pulls: no force is negative. The steps are those of Goldfarb and Idnani, "A numerically stable dual
+    method for solving strictly convex quadratic programs", Mathematical Programming 27, 1983, for a cost that is a
+    sphere.
 
     Attributes:
         y: (n,) Nearest point.
         index: (a,) Indices of the active rows.
-        settled: Whether y is in closed form, rather than the end of several steps.
+        settled: Whether y is the closed form for the active rows; after `add` it is the end of several steps.
     """
 
     def __init__(self, goal: Array, rows: Array, lower: Array, upper: Array, side: Array) -> None:
@@ -52,14 +53,14 @@ class WorkingSet:
             self.settle()
 
     def settle(self) -> None:
-        """Compute the point from the active rows alone, so that it does not depend on the steps that led to them."""
+        """Compute the point from the active rows alone, independent of the steps that led to them."""
         self.index.sort()
         side = self._side[self.index]
         normals = side[:, None] * self._rows[self.index]
         bounds = np.where(side > 0.0, self._lower[self.index], -self._upper[self.index])
         self._factorise()
         self.y, self._force = self._goal, np.zeros(len(side))
-        # The second round removes the round-off of the first.
+        # The second iteration removes the round-off of the first.
         for _ in range(2 if len(side) else 0):
             step = self._inverse.T @ (bounds - normals @ self.y)
             self.y = self.y + self._Q @ step
@@ -67,7 +68,7 @@ class WorkingSet:
         self.settled = True
 
     def add(self, row: int, sign: float, gap: float) -> bool:
-        """Move on to a point on one more bound, and drop the bounds that would begin to pull.
+        """Move to a point on one more bound, and drop the bounds that would begin to pull.
 
         Args:
             row: Row of the bound.
@@ -75,7 +76,7 @@ class WorkingSet:
             gap: Excess of the bound at y.
 
         Returns:
-            Whether there is such a point; if not, no point is within all bounds.
+            Whether such a point exists; otherwise no point is within all bounds.
         """
         normal, force = sign * self._rows[row], 0.0
         self.settled = False

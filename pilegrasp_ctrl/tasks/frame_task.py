@@ -1,4 +1,4 @@
-"""What is asked of the tool, as rows in the joint accelerations; and the law by which it follows a reference."""
+"""Tasks of the tool: rows in the joint accelerations, and the law by which the tool follows a reference."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .singular_directions import SingularDirections
 
 _APPROACH_SPEED = 1.0
 """Largest speed that the springs ask for [m/s]; chosen."""
-_APPROACH_TURN = 3.0
+_APPROACH_ANGULAR_SPEED = 3.0
 """Largest angular velocity that the springs ask for [rad/s]; chosen."""
 
 
@@ -79,12 +79,12 @@ class FrameTask:
 class FrameMotionTask(FrameTask):
     """A second-order decay of the tool's error that does not depend on the arm's inertia.
 
-    The law is `a_ref + damping (v_ref - v) + stiffness e`. It deviates where that asks for what an arm cannot do:
+    The law is `a_ref + damping (v_ref - v) + stiffness e`. It deviates in two cases that an arm could not follow:
 
     - The springs never ask for an approach faster than 1 m/s or 3 rad/s. Spring and damper together hold the speed
       `stiffness e / damping`. This speed is shortened, in translation and in rotation each as a whole. A large error
       then asks for a speed rather than for an acceleration, as in O. Khatib, IEEE J-RA 3(1), 1987. Without this bound
-      a large error of one kind takes all that the arm's limits allow, and the tool strays in the other.
+      a large error in rotation uses up the arm's limits, and the tool strays in translation; likewise the reverse.
     - Near singular postures `SingularDirections` reduces the acceleration along the directions that the arm is losing.
 
     Attributes:
@@ -119,7 +119,7 @@ class FrameMotionTask(FrameTask):
         self._damping = gains.damping
         # The error of a free axis must not shorten the speed along the others.
         self.rates = gains.stiffness / gains.damping * (self.sqrt_weight > 0.0)
-        self._slowest = min(_APPROACH_SPEED, _APPROACH_TURN)
+        self._slowest = min(_APPROACH_SPEED, _APPROACH_ANGULAR_SPEED)
         self._singular = SingularDirections(self.sqrt_weight > 0.0, posture_weight=posture_weight)
 
     def __repr__(self) -> str:
@@ -131,21 +131,21 @@ class FrameMotionTask(FrameTask):
         Args:
             state: State of the arm.
             reference: Reference of the tool.
-            error: (6,) `pose_error(state, reference)`.
+            error: (6,) Error of the pose, `pose_error(state, reference)` [m, rad].
         """
         wanted = self.rates * error
         # A vector that is short as a whole is short in both parts. This holds in nearly every period.
         if hypot(*wanted.tolist()) > self._slowest:
             shorten(wanted[:3], _APPROACH_SPEED)
-            shorten(wanted[3:], _APPROACH_TURN)
+            shorten(wanted[3:], _APPROACH_ANGULAR_SPEED)
         wanted += reference.twist
         wanted -= state.twist
         wanted *= self._damping
         wanted += reference.acceleration
-        return self._singular.bend(state, wanted)
+        return self._singular.reduce(state, wanted)
 
     def thresholds(self) -> tuple[float, float, float]:
-        """Return the bounds within which the law is the plain one.
+        """Return the bounds within which the law deviates in neither case.
 
         The first is the length of `rates e`. The second is the squared length of the wanted acceleration less Jdot v.
         The third is the squared least singular value of J above which that acceleration may be longer.
@@ -165,8 +165,8 @@ def pose_error(state: ArmState, reference: Reference) -> Array:
 
     The rotational part is the rotation vector of R_ref Rᵀ. Its derivative is the difference of the angular velocities,
     to first order in the error. It is the shortest rotation, at most half a turn. If the reference is half a turn
-    ahead, one of the two senses is taken; if it gets further ahead, the vector changes its sense at once. The tool
-    itself never gets there, because a controller turns away from that border on either side.
+    ahead, the sense is arbitrary. Farther ahead, the vector changes its sense at once. The tool does not stay at that
+    border, because a controller turns it away on either side.
     """
     error = np.empty(6)
     pose = reference.pose

@@ -15,12 +15,14 @@ def read_axes(value: Any, name: str, *, positive: bool = False) -> Array:
     """Return (6,) read-only gains from one number for all axes or six, linear axes first.
 
     Raises:
-        ConfigurationError: The value is something else, or a number is negative or not finite (or zero, if `positive`).
+        ConfigurationError: The value has another form, or a number is negative or not finite (or zero, if `positive`).
     """
     array = _read_array(value, name, ((), (6,)), "one number or six, linear axes first")
     array = np.array(np.broadcast_to(array, (6,)))
     if not np.isfinite(array).all() or (array < 0.0).any() or (positive and not (array > 0.0).all()):
-        raise ConfigurationError(f"{name} = {array.tolist()} must be {_name_sign(positive)} and finite")
+        raise ConfigurationError(
+            f"{name} = {array.tolist()} must be finite and {'positive' if positive else 'not negative'}"
+        )
     array.setflags(write=False)
     return array
 
@@ -46,12 +48,12 @@ def read_pair(value: Any, name: str) -> tuple[float, float]:
     """
     array = _read_array(value, name, ((2,),), "two numbers, [N] and [N·m]")
     if not np.isfinite(array).all() or (array < 0.0).any():
-        raise ConfigurationError(f"{name} = {array.tolist()} must be not negative and finite")
+        raise ConfigurationError(f"{name} = {array.tolist()} must be finite and not negative")
     return float(array[0]), float(array[1])
 
 
 def read_number(value: Any, name: str, meaning: str, *, positive: bool = False) -> float:
-    """Return one number; `meaning` ends the error's sentence.
+    """Return one number; `meaning` is the end of the error text.
 
     Raises:
         ConfigurationError: The value is not a number, is negative or is not finite (or is zero, if `positive`).
@@ -73,10 +75,6 @@ def check_wrench(value: Any, name: str, error: type[PilegraspError] = Configurat
     if array.shape != (6,) or not isfinite(array.dot(array)):
         raise error(f"{name} must be six finite numbers, force first; it is {array.tolist()}")
     return array
-
-
-def _name_sign(positive: bool) -> str:
-    return "positive" if positive else "not negative"
 
 
 def _read_array(value: Any, name: str, shapes: tuple[tuple[int, ...], ...], wanted: str) -> Array:

@@ -17,9 +17,9 @@ from .gain_values import read_axes, read_number, read_pair, read_wrench
 FRAMES = ("world", "tool")
 """Frames whose axes an impedance can use."""
 FORCE_GAIN_MEANING = "it is a rate in 1/s, and 0 turns the feedback off"
-"""End of the sentence that refuses a force gain."""
+"""End of the error text for a force gain."""
 _CRITICAL = "1 is critical damping"
-"""End of the sentence that refuses a damping ratio."""
+"""End of the error text for a damping ratio."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
@@ -109,12 +109,17 @@ class Impedance:
         for name, value in values.items():
             object.__setattr__(self, name, value)
         if not (self.stiffness + self.damping > 0.0).all():
-            raise ConfigurationError("an axis has neither stiffness nor damping, so its speed would grow without bound")
+            raise ConfigurationError(
+                "an axis has neither stiffness nor damping, so its speed would grow without bound; give it one"
+            )
         if self.damping_ratio == 0.0 and not (self.damping > 0.0).all():
-            raise ConfigurationError("damping_ratio = 0 needs damping on every axis, or a spring would swing for ever")
+            raise ConfigurationError(
+                "damping_ratio = 0 needs damping on every axis, or a spring would oscillate forever"
+            )
 
 
 _TABLES: dict[str, type[MotionGains] | type[Impedance]] = {"motion": MotionGains, "impedance": Impedance}
+"""Table of a gains file -> type of its gains."""
 
 
 def load_gains(path: str | Path) -> MotionGains | Impedance:

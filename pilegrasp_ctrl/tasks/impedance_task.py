@@ -14,11 +14,11 @@ from .frame_task import FrameTask
 from .gains import Impedance
 
 _SLOWEST_MODE = 1e-3
-"""Natural frequency below which no mode is taken, so that the damping stays finite at a singular posture [rad/s]."""
+"""Frequency whose square is added to every mode's; keeps damping finite at a singular posture [rad/s]; chosen."""
 
 
 class ImpedanceTask(FrameTask):
-    """The acceleration at which the tool obeys an impedance.
+    """The tool acceleration that an impedance asks for.
 
     Without `inertia`, with Lambda = (J M⁻¹ Jᵀ)⁻¹ the inertia that the arm shows at the tool,
 
@@ -32,7 +32,7 @@ class ImpedanceTask(FrameTask):
 
     Attributes:
         impedance: Gains [N/m, N·m/rad].
-        stiffness: (6, 6) K [N/m, N·m/rad].
+        stiffness: (6, 6) Stiffness K [N/m, N·m/rad].
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class ImpedanceTask(FrameTask):
         self._factor_transposed = np.ascontiguousarray(self._factor.T)
         self._damped_factor = 2.0 * impedance.damping_ratio * self._factor
         self._floor = _SLOWEST_MODE**2 * np.eye(len(sprung))
-        self._uneven = not _isotropic(self.stiffness)
+        self._anisotropic = not _isotropic(self.stiffness)
         if impedance.inertia is not None:
             self._shaped_damping = self.damping(np.diag(1.0 / impedance.inertia))
 
@@ -87,16 +87,16 @@ class ImpedanceTask(FrameTask):
         Args:
             state: State of the arm.
             reference: Rest pose of the springs and its motion.
-            error: (6,) `pose_error(state, reference)`.
+            error: (6,) Error of the pose, `pose_error(state, reference)` [m, rad].
             desired_force: (6,) Wrench that the hand shall exert on the environment [N, N·m].
             wrench: (6,) Wrench of the environment on the hand, at the tool's origin [N, N·m]; used only if the
                 impedance has an inertia.
-            mobility: (6, 6) J M⁻¹ Jᵀ, if the caller has it already.
+            mobility: (6, 6) Mobility J M⁻¹ Jᵀ, if the caller has it already.
         """
         impedance = self.impedance
         rate = reference.twist - state.twist
         force = self.stiffness.dot(error)
-        if self._uneven:
+        if self._anisotropic:
             force[3:] = _moment(force[3:], error[3:])
         force += desired_force
         if impedance.inertia is not None:
@@ -106,8 +106,7 @@ class ImpedanceTask(FrameTask):
         if mobility is None:
             mobility = state.J.dot(LLT(state.M).solve(state.J.T))
         if self._sprung:
-            root = SelfAdjointEigenSolver(self._stiff_mobility(mobility)).operatorInverseSqrt()
-            force += self._damped_factor.dot(root.dot(self._factor_transposed.dot(rate)))
+            force += self._damped_factor.dot(self._inverse_root(mobility).dot(self._factor_transposed.dot(rate)))
         rate *= impedance.damping
         force += rate
         return reference.acceleration + mobility.dot(force)
@@ -116,19 +115,20 @@ class ImpedanceTask(FrameTask):
         """Return D (6, 6) [N·s/m, N·m·s/rad] for the tool's mobility Lambda⁻¹ (6, 6).
 
         With K = B Bᵀ, Lambda # K = B (Bᵀ Lambda⁻¹ B)^-½ Bᵀ for any factor B. The bracket's eigenvalues are the squares
-        of the modes' natural frequencies [rad²/s²]. At a singular posture one of them is zero and is kept above it. The
-        acceleration stays finite, because the mobility multiplies the force afterwards.
+        of the modes' natural frequencies [rad²/s²]. At a singular posture one of them would be zero; a small floor
+        prevents that. The acceleration stays finite, because the mobility multiplies the force afterwards.
         """
         damping = np.diag(self.impedance.damping)
         if self._sprung:
-            root = SelfAdjointEigenSolver(self._stiff_mobility(mobility)).operatorInverseSqrt()
-            damping += self._damped_factor.dot(root.dot(self._factor_transposed))
+            damping += self._damped_factor.dot(self._inverse_root(mobility).dot(self._factor_transposed))
         return damping
 
-    def _stiff_mobility(self, mobility: Array) -> Array:
-        stiff = self._factor_transposed.dot(mobility.dot(self._factor))
-        stiff += self._floor
-        return stiff
+    def _inverse_root(self, mobility: Array) -> Array:
+        """Return (Bᵀ Lambda⁻¹ B)^-½ of the axes with a spring."""
+        squares = self._factor_transposed.dot(mobility.dot(self._factor))
+        squares += self._floor
+        root: Array = SelfAdjointEigenSolver(squares).operatorInverseSqrt()
+        return root
 
 
 def _isotropic(stiffness: Array) -> bool:

@@ -1,4 +1,4 @@
-"""A preferred posture, for the freedom that the tool leaves."""
+"""The task of a preferred posture, which uses the freedom that the tool leaves."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ POSTURE_WEIGHT = 1e-4
 class PostureTask:
     """Rows sqrt(weight) (a - stiffness (q* - q) + damping v).
 
-    The weight is small against the tool's. It decides where the tool leaves a choice. For small accelerations it also
-    bounds the joint accelerations near singular postures, as damped least squares do; `SingularDirections` does this
-    for large ones. The rows are affine in the state, so a controller evaluates them in one product with the limits'
-    bounds.
+    The weight is small against the tool's, so this task decides only what the tool leaves free. For small accelerations
+    it also bounds the joint accelerations near singular postures, as damped least squares do; `SingularDirections` does
+    this for large ones. The rows are affine in the state, so a controller evaluates them in one product with the
+    limits' bounds.
 
     Attributes:
         target: (nv,) Preferred joint positions q* [rad]; None only damps.
         stiffness: Stiffness [1/s²].
-        damping: 2 damping_ratio sqrt(stiffness) [1/s].
+        damping: Damping, 2 damping_ratio sqrt(stiffness) [1/s].
         weight: Weight relative to other tasks.
         sqrt_weight: Square root of the weight.
     """

@@ -1,4 +1,4 @@
-"""The acceleration that a tool may be asked for when the arm is about to lose a direction."""
+"""A bound on the wanted tool acceleration along directions that the arm is about to lose."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ class SingularDirections:
         lambda_i² = (1 - sigma_i² / threshold²)² max(|y_i| - free, 0) / rate²
         y_i  ->  (1 - s_i) y_i - s_i damping xdot_i,    s_i = lambda_i² / (sigma_i² + w + lambda_i²)
 
-    so that along v_i the joints accelerate by little more than rate² sigma_i. As sigma_i is proportional to the
+    so that along v_i the joints accelerate by little more than rate² sigma_i. Because sigma_i is proportional to the
     distance from the singular posture, that is a spring whose frequency stays below `rate` sqrt(sigma') whatever the
-    error, and `damping` is its damper. Other directions, and accelerations below `free`, stay exactly as they are.
-    What is left of y_i must outweigh w, or an arm would never leave a singular posture.
+    error, and `damping` is its damper. Other directions, and accelerations below `free`, stay exactly as they are. The
+    remaining y_i must outweigh w; otherwise an arm would never leave a singular posture.
 
     Damping by the singular value: Y. Nakamura, H. Hanafusa, J. Dynamic Systems, Measurement, and Control 108, 1986; in
     the endangered directions alone: S. Chiaverini, B. Siciliano, O. Egeland, IEEE Trans. Control Systems Technology
-    2(2), 1994. Letting it grow with the wanted acceleration is this project's own.
+    2(2), 1994. The growth with the wanted acceleration was added here.
 
     Attributes:
         threshold: Singular value of J below which a direction is endangered [m/rad or 1].
@@ -53,18 +53,18 @@ class SingularDirections:
         free: float = 1.0,
         posture_weight: float = POSTURE_WEIGHT,
     ) -> None:
-        """Set the numbers; see the class. `axes` (6,) is True where the tool is controlled."""
+        """Set the attributes, which the class describes; `axes` (6,) is True for each axis under control."""
         self.threshold, self.rate, self.damping, self.free = threshold, rate, damping, free
         self.posture_weight = posture_weight
         controlled = np.broadcast_to(np.asarray(axes, dtype=bool), (6,))
         self._axes = None if controlled.all() else np.flatnonzero(controlled)
         self._limit = threshold**2 * np.eye(int(controlled.sum()))
 
-    def bend(self, state: ArmState, wanted: Array) -> Array:
+    def reduce(self, state: ArmState, wanted: Array) -> Array:
         """Return the acceleration to ask for in place of `wanted` (6,) [m/s², rad/s²]; `wanted` may be overwritten."""
         missing, axes = wanted - state.Jdot_v, self._axes
-        # The rest is costly. Two exact tests find an acceleration that stays as it is: a Cholesky factor of the second
-        # exists if all squared singular values exceed the limit.
+        # Two exact tests find an acceleration that stays as it is, and save the costly rest. In the second, a Cholesky
+        # factor exists if all squared singular values exceed the limit.
         if hypot(*missing.tolist()) <= self.free:
             return wanted
         J = state.J if axes is None else state.J[axes]

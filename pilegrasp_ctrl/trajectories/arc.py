@@ -29,10 +29,10 @@ class Arc:
     """A circular arc from rest to rest, about an axis that is fixed in the world.
 
     Attributes:
-        start: `transform_tool_to_world` at time 0.
-        end: `transform_tool_to_world` at `duration`.
-        center: (3,) point of the axis that the tool circles [m].
-        axis: (3,) unit vector; a positive angle is right-handed about it.
+        start: Start pose, `transform_tool_to_world`.
+        end: End pose, `transform_tool_to_world`.
+        center: (3,) Point of the axis that the tool circles [m].
+        axis: (3,) Unit vector; a positive angle is right-handed about it.
         angle: Angle of the arc [rad]; negative is left-handed.
         turning: Whether the tool turns with the arc.
         radius: Radius of the arc [m].
@@ -69,15 +69,15 @@ class Arc:
 
         Args:
             start: Start pose, `transform_tool_to_world`.
-            center: (3,) any point of the axis [m]; the circle lies in the plane through the tool.
-            axis: (3,) direction of the axis, of any length but zero.
+            center: (3,) Point anywhere on the axis [m]; the circle lies in the plane through the tool.
+            axis: (3,) Direction of the axis, of any length except zero.
             angle: Angle of the arc, right-handed about the axis [rad].
             speed: Speed along the arc [m/s].
             turning: Whether the tool turns with the arc; otherwise it keeps its orientation.
-            acceleration: Peak acceleration along the arc [m/s²]. The centripetal acceleration speed² / radius is added
+            acceleration: Peak acceleration along the arc [m/s²]. The centripetal acceleration speed² / radius adds
                 to it.
-            angular_speed: Largest speed of a tool that turns [rad/s]. The slower one of the two speeds counts.
-            angular_acceleration: Peak acceleration of a tool that turns [rad/s²].
+            angular_speed: Largest angular speed of a tool that turns [rad/s]; the slower of the two speeds counts.
+            angular_acceleration: Peak angular acceleration of a tool that turns [rad/s²].
 
         Raises:
             ArgumentError: A vector has a wrong shape, a value is not finite, a speed or acceleration is not positive,
@@ -94,7 +94,7 @@ class Arc:
             raise ArgumentError(f"angle = {angle} must be finite")
         size = float(np.linalg.norm(axis))
         if size == 0.0:
-            raise ArgumentError("axis must not be zero")
+            raise ArgumentError("the axis of the arc is zero; give a direction, such as (0, 0, 1)")
         axis = frozen_array(axis / size, (3,), "axis")
         center = frozen_array(center + axis * (axis @ (start.translation - center)), (3,), "center")
         offset = start.translation - center

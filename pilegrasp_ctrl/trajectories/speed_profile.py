@@ -1,4 +1,4 @@
-"""The speed along a path: from rest to a constant speed and back to rest."""
+"""The speed profile along a path: from rest to a constant speed and back to rest."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def require_positive(**values: float) -> None:
     """Check that every value is positive and finite.
 
     Raises:
-        ArgumentError: A value is not.
+        ArgumentError: A value is not positive and finite.
     """
     for name, value in values.items():
         if not 0.0 < value < inf:
@@ -33,7 +33,7 @@ def require_positive(**values: float) -> None:
 
 @dataclass(frozen=True, slots=True)
 class SpeedProfile:
-    """Path length over time with continuous acceleration.
+    """Distance along a path over time, with continuous acceleration.
 
     The speed rises as `V (3 u² - 2 u³)`, with u from 0 to 1 over the ramp time, stays constant, and falls likewise. The
     acceleration is zero at both ends of a ramp and peaks at `1.5 V / ramp time`. On a short path the speed is lowered
@@ -60,7 +60,7 @@ class SpeedProfile:
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.length < inf:
-            raise ArgumentError(f"length = {self.length} must not be negative and must be finite")
+            raise ArgumentError(f"length = {self.length} must be finite and not negative")
         require_positive(speed=self.speed, acceleration=self.acceleration)
         peak = min(self.speed, sqrt(self.length * self.acceleration / PEAK_TO_MEAN_ACCELERATION))
         ramp = PEAK_TO_MEAN_ACCELERATION * peak / self.acceleration
@@ -89,4 +89,4 @@ class SpeedProfile:
 
 
 RESTING = SpeedProfile(0.0, 1.0, 1.0)
-"""Profile of a path without length."""
+"""Profile of a path of length zero."""

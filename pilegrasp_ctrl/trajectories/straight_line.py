@@ -25,10 +25,10 @@ class StraightLine:
     """A straight line from rest to rest. The tool turns about a fixed axis in proportion to the distance travelled.
 
     Attributes:
-        start: `transform_tool_to_world` at time 0.
-        end: `transform_tool_to_world` at `duration`.
-        displacement: (3,) displacement of the tool [m].
-        rotation: (3,) rotation vector of the tool, in world axes [rad].
+        start: Start pose, `transform_tool_to_world`.
+        end: End pose, `transform_tool_to_world`.
+        displacement: (3,) Displacement of the tool [m].
+        rotation: (3,) Rotation vector of the tool, in world axes [rad].
         length: Length of the line [m].
         duration: Time from rest to rest [s].
         profile: Speed profile of the path parameter, which runs from 0 to 1.
@@ -54,14 +54,14 @@ class StraightLine:
         angular_speed: float = MAX_ANGULAR_SPEED,
         angular_acceleration: float = MAX_ANGULAR_ACCELERATION,
     ) -> None:
-        """Plan the motion. The slower one of translation and rotation sets the duration of both.
+        """Plan the motion. The slower of translation and rotation sets the duration of both.
 
         Args:
             start: Start pose, `transform_tool_to_world`.
-            displacement: (3,) displacement of the tool [m]; zero to turn in place.
+            displacement: (3,) Displacement of the tool [m]; zero to turn in place.
             speed: Speed of the translation [m/s].
             acceleration: Peak acceleration of the translation [m/s²].
-            rotation: (3,) rotation vector of the tool, in world axes [rad].
+            rotation: (3,) Rotation vector of the tool, in world axes [rad].
             angular_speed: Largest speed of the rotation [rad/s].
             angular_acceleration: Peak acceleration of the rotation [rad/s²].
 
@@ -111,7 +111,7 @@ class LineChain:
     """Straight lines in sequence, at rest in between.
 
     Attributes:
-        lines: At least one line; each starts where the one before it ends.
+        lines: Lines, at least one; each starts at the end of the one before.
     """
 
     lines: tuple[StraightLine, ...]
@@ -123,7 +123,7 @@ class LineChain:
 
     @property
     def end(self) -> Pose:
-        """`transform_tool_to_world` at `duration`."""
+        """End pose, `transform_tool_to_world`."""
         return self.lines[-1].end
 
     def at(self, time: float) -> Reference:
@@ -140,10 +140,10 @@ class Step:
     """A jump at time 0 from one resting pose to another, for step responses. Twist and acceleration are zero.
 
     Attributes:
-        start: `transform_tool_to_world` before time 0.
-        end: `transform_tool_to_world` from time 0 on.
-        displacement: (3,) displacement of the tool [m].
-        rotation: (3,) rotation vector of the tool, in world axes [rad].
+        start: Pose before time 0, `transform_tool_to_world`.
+        end: Pose from time 0 on, `transform_tool_to_world`.
+        displacement: (3,) Displacement of the tool [m].
+        rotation: (3,) Rotation vector of the tool, in world axes [rad].
         duration: Zero, because a jump takes no time [s].
     """
 

@@ -284,7 +284,7 @@ def test_the_reduced_acceleration_is_the_formula_and_regular_postures_keep_their
     kept = 0
     for q, v in random_states(arm, 200):
         state, wanted = arm.update(q, v), rng.normal(scale=20.0, size=6)
-        answer = directions.bend(state, wanted.copy())
+        answer = directions.reduce(state, wanted.copy())
         np.testing.assert_allclose(answer, bent(state, wanted, directions), atol=1e-9)
         if least(arm, q)[0] > directions.threshold:
             np.testing.assert_array_equal(answer, wanted)
@@ -317,20 +317,20 @@ def test_in_an_endangered_direction_the_joints_accelerate_in_proportion_to_the_d
         sigma, u = least(arm, q)
         if sigma < 0.3 * directions.threshold:
             for size in (10.0, 1e3, 1e5):
-                y = u @ directions.bend(state, size * u)
+                y = u @ directions.reduce(state, size * u)
                 assert y < 1.3 * directions.rate**2 * (sigma**2 + 1e-4) + directions.free
                 seen += 1
             small = 0.99 * directions.free * u
-            np.testing.assert_array_equal(directions.bend(state, small.copy()), small)
+            np.testing.assert_array_equal(directions.reduce(state, small.copy()), small)
     assert seen > 30
 
 
 def test_a_free_axis_is_not_taken_for_a_lost_direction():
     arm, q = load("wam7"), HOME["wam7"]
     state, wanted = arm.update(q, 0.0 * q), np.array([30.0, -20.0, 10.0, 40.0, 50.0, -60.0])
-    np.testing.assert_array_equal(SingularDirections([1, 1, 1, 1, 1, 0]).bend(state, wanted.copy()), wanted)
+    np.testing.assert_array_equal(SingularDirections([1, 1, 1, 1, 1, 0]).reduce(state, wanted.copy()), wanted)
     stretched = changed("wam7", {3: 0.231})
     state = arm.update(stretched, 0.0 * q)
-    answer = SingularDirections([1, 1, 1, 0, 0, 0]).bend(state, wanted.copy())
+    answer = SingularDirections([1, 1, 1, 0, 0, 0]).reduce(state, wanted.copy())
     assert np.abs(answer[:3] - wanted[:3]).max() > 1.0
     np.testing.assert_array_equal(answer[3:], wanted[3:])

@@ -262,9 +262,9 @@ def test_a_plant_that_cannot_be_built_is_refused(arguments, message):
         (lambda: SpringWall([0.0, 0.0], [0.0, 0.0, 1.0], 1.0), "three numbers"),
         (lambda: SpringWall([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], 1.0), "not zero"),
         (lambda: SpringWall([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 0.0), "positive stiffness"),
-        (lambda: ArmSimulation(flywheel()).run(lambda o: 0.0, [0.0, 0.0], 1.0), "finite positions"),
+        (lambda: ArmSimulation(flywheel()).run(lambda o: 0.0, [0.0, 0.0], 1.0), "1 finite start positions"),
         (lambda: ArmSimulation(flywheel()).run(lambda o: 0.0, [0.0], 0.0), "duration = 0"),
-        (lambda: ArmSimulation(flywheel()).run(lambda o: 0.0, [0.0], 1e-4), "hold a period"),
+        (lambda: ArmSimulation(flywheel()).run(lambda o: 0.0, [0.0], 1e-4), "hold at least one period"),
     ],
 )
 def test_values_that_cannot_be_used_are_refused(make, message):

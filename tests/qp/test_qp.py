@@ -215,8 +215,8 @@ def test_the_units_do_not_matter(solver, factor):
 
 def test_a_program_that_is_no_least_distance_has_none():
     problem = random_program(0)
-    assert LeastDistanceProgram.of(problem._replace(H=-problem.H)) is None
-    assert LeastDistanceProgram.of(problem._replace(lower=problem.upper + 1.0)) is None
+    assert LeastDistanceProgram.from_problem(problem._replace(H=-problem.H)) is None
+    assert LeastDistanceProgram.from_problem(problem._replace(lower=problem.upper + 1.0)) is None
 
 
 def test_crossed_bounds_on_the_rows_are_an_error(solver):

@@ -117,7 +117,7 @@ def test_answers_are_the_same_bits_whatever_was_solved_before(solver):
 def test_any_guess_of_the_active_set_leads_to_the_same_bits():
     rng = np.random.default_rng(0)
     for program in PROGRAMS[::3]:
-        distance = LeastDistanceProgram.of(program.problem)
+        distance = LeastDistanceProgram.from_problem(program.problem)
         k = len(distance.rows)
         guesses = [np.zeros(k), np.ones(k), -np.ones(k), *rng.normal(size=(3, k))]
         answers = [distance.nearest(guess) for guess in guesses]
@@ -164,6 +164,6 @@ def test_what_a_package_finds_is_the_active_set_or_nearly_so(name, monkeypatch):
     assert len(steps) <= 5
     steps.clear()
     for problem in feasible:
-        distance = LeastDistanceProgram.of(problem)
+        distance = LeastDistanceProgram.from_problem(problem)
         distance.nearest(np.zeros(len(distance.rows)))
     assert len(steps) > 150

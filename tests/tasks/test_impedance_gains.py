@@ -27,7 +27,7 @@ STIFF = Impedance([2500.0] * 3 + [120.0] * 3)
         ("stiffness = [[1], [2, 3]]", "stiffness = .* must be one number or six"),
         ("stiffness = 1\ndamping_ratio = true", "damping_ratio = True must be a .*number"),
         ("stiffness = 1\ndead_band = [1, true]", "dead_band = .* must be two numbers"),
-        ("stiffness = 1\ndead_band = [1, nan]", "dead_band = .* must be not negative and finite"),
+        ("stiffness = 1\ndead_band = [1, nan]", "dead_band = .* must be finite and not negative"),
         ("stiffness = 1\ndesired_force = 'x'", "desired_force = 'x' must be six numbers"),
         ("stiffness = 1\nframe = 'hand'", "frame = 'hand' must be one of 'world', 'tool'"),
         ("stiffness = 1\nframe = 3", "frame = 3 must be one of"),

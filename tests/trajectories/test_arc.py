@@ -105,7 +105,7 @@ def test_no_angle_takes_no_time():
         ({"acceleration": -1.0}, "acceleration = -1"),
         ({"angular_speed": 0.0}, "angular_speed = 0"),
         ({"angle": np.inf}, "angle = inf"),
-        ({"axis": [0.0, 0.0, 0.0]}, "axis must not be zero"),
+        ({"axis": [0.0, 0.0, 0.0]}, "axis of the arc is zero"),
         ({"axis": [0.0, 1.0]}, "axis"),
         ({"center": [0.0, np.nan, 0.0]}, "center.*not finite"),
         ({"center": START.translation, "axis": [0.0, 0.0, 1.0]}, "lies on the axis"),
