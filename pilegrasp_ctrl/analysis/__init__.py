@@ -1,1 +1,1 @@
-"""What a recording tells: motion, separation, force chains, and what the hand held. numpy is all it needs."""
+"""Measures of a recording: motion, separation, force chains and held objects. They need numpy alone."""

@@ -1,4 +1,4 @@
-"""What the recorded contacts tell: which objects the hand touches, and how its push runs through the pile."""
+"""Measures of the recorded contacts: the objects that the hand touches, and the force chains through the pile."""
 
 from __future__ import annotations
 
@@ -35,21 +35,21 @@ def force_chains(recording: Recording, push: PushMotion) -> dict[str, Any] | Non
 
     A contact between objects is strong if it presses more than the mean over all contacts between objects in the same
     frame. Strong contacts carry the load of a granular material (Radjai et al., Phys. Rev. Lett. 80, 61, 1998). A chain
-    leads from an object that the hand touches over strong contacts to other objects.
+    starts at an object that the hand touches and continues over strong contacts to other objects.
 
     Keys:
         objects: Mean number of objects in the chains, over the frames of the push in which the hand touches one.
         to_support: Share of those frames in which a chain ends at a wall.
         at_end: Names of the objects in the chains in the last of those frames.
     """
-    contacts = getattr(recording, "contacts", None)
+    contacts = recording.contacts
     if contacts is None:
         return None
     roles = np.array([body.role for body in recording.bodies])
     first = int(np.searchsorted(recording.frame_time, push.time[0]))
     sizes, reached, last = [], [], set[int]()
     for frame in range(first, first + push.time.size):
-        rows = slice(int(contacts.start[frame]), int(contacts.start[frame + 1]))
+        rows = contacts.at(frame)
         bodies, force = contacts.bodies[rows], contacts.force[rows].astype(float)
         chain = _chain(bodies, roles[bodies], np.linalg.norm(force, axis=1))
         if chain:
@@ -82,7 +82,7 @@ def _chain(bodies: np.ndarray, roles: np.ndarray, strength: np.ndarray) -> set[i
 
 
 def _against_walls(bodies: np.ndarray, roles: np.ndarray, force: np.ndarray) -> set[int]:
-    """Return the objects that a support pushes more across than up; the table and the walls may be one body."""
+    """Return the objects that a support pushes more sideways than up; the table and the walls may be one body."""
     across = np.hypot(force[:, 0], force[:, 1]) > np.abs(force[:, 2])
     at_wall = (roles == "support").any(axis=1) & (roles == "object").any(axis=1) & across
     return set(bodies[at_wall][roles[at_wall] == "object"].tolist())

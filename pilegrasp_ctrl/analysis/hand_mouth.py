@@ -1,4 +1,4 @@
-"""The hand as the pile meets it, from the recorded shapes: its leading edge, and the side on which a wall is nearer."""
+"""The leading edge of the hand, from the recorded shapes, and the side on which a wall is nearer."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from ..recording import Recording
 from ..types import Array, rotation_matrices
 
 OBLIQUE = 0.17
-"""Sine of 10°, chosen. A wall that is nearer than this to square to the hand, or to parallel with it, is no slanted
-wall."""
+"""Least component of a slanted wall's normal along the hand, and across it [-]: the sine of 10°, chosen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +42,7 @@ class HandMouth:
             recording: The attempt.
             frames: Frames to look at.
             tool: (F, 3) positions of the tool in those frames [m].
-            axes: (2, 3) level unit vectors: where the hand points, and to its left.
+            axes: (2, 3) level unit vectors along the fingers and to the hand's left.
             depth: Distance from the foremost and from the lowest point within which a shape belongs to the leading edge
                 [m]. A thumb above the objects does not belong to it.
         """
@@ -64,11 +63,11 @@ class HandMouth:
 def nearer_side(recording: Recording, axes: Array) -> int:
     """Return 1 if the walls ahead of the hand are nearer on its left, -1 on its right, 0 on neither side.
 
-    Neither side is nearer if the hand meets the walls square, or in a corner, whose walls slant to both sides.
+    Neither side is nearer if the walls are square to the hand, or in a corner, whose walls slant to both sides.
 
     Args:
         recording: The attempt. An upright box of a support counts as a wall.
-        axes: (2, 3) level unit vectors: where the hand points, and to its left.
+        axes: (2, 3) level unit vectors along the fingers and to the hand's left.
     """
     sides = set()
     for index, body in enumerate(recording.bodies):

@@ -1,4 +1,4 @@
-"""Which objects the hand keeps: the one that separates from the pile before the grasp, and those held at the end."""
+"""The objects that the hand keeps: the one that separates from the pile in the push, and those held at the end."""
 
 from __future__ import annotations
 
@@ -17,35 +17,37 @@ HELD_DISTANCE = 0.20
 """Largest distance of a held object's centre from the tool frame's origin [m]; the hand is 0.18 m long."""
 
 RISEN_SHARE = 0.5
-"""Share of the lift by which an object must have risen to count as held; chosen."""
+"""Share of the lift by which an object must have risen to count as held [-]; chosen."""
 
 DEFAULT_LIFT = 0.2
-"""Height of the lift [m] if the recording does not name it: the default of `strategy.lift_height`."""
+"""Height of the lift if the recording does not state it [m]: the default of `strategy.lift_height`."""
 
 AT_REST_SHARE = 0.5
-"""Share of |v_hand| below which an object's relative speed counts as stable in the hand. At 0 the object moves with the
-hand; at 1 it rests while the hand slides beneath it."""
+"""Share of |v_hand| below which an object's relative speed counts as stable in the hand [-]; chosen. At 0 the object
+moves with the hand; at 1 it rests while the hand slides beneath it."""
 
 ENCLOSED_SHARE = 0.5
-"""An object whose centre lies this share of its radius behind the leading edge counts as enclosed; chosen."""
+"""Share of its radius by which an enclosed object's centre is behind the leading edge [-]; chosen."""
 
 AHEAD_WEIGHT = 1.5
-"""Weight of the distance that is missing to being enclosed, compared with a distance from the hand's middle."""
+"""Weight of an object's distance to being enclosed, compared with its distance from the hand's middle [-]; chosen by
+the outcome of grasps (docs/motion-pattern.md)."""
 
 RECEDING_SHARE = 0.5
-"""Share by which a distance from the middle counts more where a slanted wall recedes, and less where it is nearer."""
+"""Share by which a distance from the middle counts more on the side on which a slanted wall recedes, and less on the
+other [-]; chosen by the outcome of grasps (docs/motion-pattern.md)."""
 
 NOTHING_HELD = "nothing was in the hand after the lift"
-"""Reason of an attempt after whose lift no object is held."""
+"""Reason of an attempt that holds no object after the lift."""
 
 
 def are_held(position: Array, tool_position: Array, rest_height: Array, lift: float) -> NDArray[np.bool_]:
-    """Return which of n objects hang in the hand (n,). This rule decides "held"; the strategy never asks it.
+    """Return which of n objects hang in the hand (n,). This rule decides "held"; the strategy does not use it.
 
     Args:
-        position: (n, 3) Centres of the objects after the lift and the hold [m].
-        tool_position: (3,) Origin of the tool frame [m].
-        rest_height: (n,) Heights of the object centres before the attempt [m].
+        position: (n, 3) centres of the objects after the lift and the hold [m].
+        tool_position: (3,) origin of the tool frame [m].
+        rest_height: (n,) heights of the object centres before the attempt [m].
         lift: Height of the lift [m].
     """
     risen = position[:, 2] > rest_height + RISEN_SHARE * lift
@@ -54,7 +56,7 @@ def are_held(position: Array, tool_position: Array, rest_height: Array, lift: fl
 
 
 def held_names(recording: Recording) -> list[str]:
-    """Return the names of the objects in the hand at the end, by the rule of the simulation's verdict."""
+    """Return the names of the objects in the hand at the end, by the rule that judges an attempt."""
     chosen = [index for index, body in enumerate(recording.bodies) if body.role == "object"]
     tool = signal_at(recording, "tool_position", recording.frame_time[-1:])
     if not chosen or not recording.meta.get("grasped") or tool is None:
@@ -70,18 +72,18 @@ class Separation:
     """The object that the hand is about to keep.
 
     A rigid hand tilts back and keeps the object that it has caught deepest. A hand that closes keeps the object nearest
-    to its middle. Such a hand is open at its sides: of two objects that came in side by side, it encloses the one
-    nearer to the middle and pushes the other out. The fingertips scoop up an object that they touch ahead of the
-    middle; the farther it lies ahead of the edge, the likelier it rolls off. A slanted wall holds what lies where the
-    wall is nearer; where it recedes, an object can roll out. The weights of these effects were chosen by the outcome of
-    grasps (docs/motion-pattern.md).
+    to its middle. Such a hand is open at its sides: of two objects side by side, it encloses the one nearer to the
+    middle and pushes the other out. The fingertips scoop up an object that they touch ahead of the middle. The farther
+    it is ahead of the edge, the likelier it rolls off. A slanted wall holds an object on its nearer side; on the other
+    side an object can roll out. The weights of these effects were chosen by the outcome of grasps
+    (docs/motion-pattern.md).
 
     Attributes:
         object: Name of the object.
-        time: Time since which it has been caught without a break [s]: its centre behind the leading edge, or touched
-            right ahead of it.
-        stabilised: Time since which it has kept still relative to the hand until the push ended [s]; None if it has
-            not.
+        time: Start of the time in which it was caught without a break until the push ended [s]. A caught object is
+            behind the leading edge, or the hand touches it right ahead of the edge.
+        stabilised: Start of the time in which it did not move relative to the hand until the push ended [s]; None if
+            it moved.
     """
 
     object: str
@@ -94,7 +96,7 @@ class Separation:
 
         Args:
             push: Motion in F frames of n objects.
-            caught: (F, n) Whether an object is in the hand or at its edge.
+            caught: (F, n) flags of the objects in the hand or at its edge.
         """
         if not caught[-1].any():
             return None

@@ -1,4 +1,4 @@
-"""An attempt in numbers that JSON can hold: its motion pattern, and how hard it pressed on the table."""
+"""An attempt as JSON numbers: its motion pattern, and its force on the table."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .contact_network import force_chains, objects_touching_hand
 from .kept_objects import Separation, held_names
 from .motion_field import Funnel, MotionField
 from .push_motion import PushMotion
-from .reading import primitive
+from .reading import first_outcome
 
 UNLOADED_TIME = 0.3
 """Time at the start of the approach over which the force is averaged while nothing touches the hand [s]; chosen."""
@@ -34,13 +34,13 @@ def measure(recording: Recording) -> dict[str, Any]:
         in_hand: Names of all objects that are in the hand at the end of the push, or touched right ahead of its edge.
             The separated object is one of them.
         held: Names of the objects in the hand at the end.
-        agreed: Whether the separated object is held; None if none is held.
+        agreed: Whether the separated object is held; None if no object is held.
         force_chains: See `force_chains`; absent if the recording holds no contacts.
     """
     push = PushMotion.of(recording)
     separated, caught = None, np.zeros(0, dtype=bool)
     held = held_names(recording)
-    row = primitive(recording, "push")
+    row = first_outcome(recording, "push")
     result: dict[str, Any] = {"triggered": row is not None and row.get("trigger") == "grasp force"}
     names = ("approach_speed", "spread_speed", "spread_forward", "spread_sideways", "mouth_width", "funnel_width")
     result |= dict.fromkeys(("hand_speed", *names))
@@ -60,13 +60,13 @@ def measure(recording: Recording) -> dict[str, Any]:
 
 
 def measure_attempt(recording: Recording) -> dict[str, Any]:
-    """Return what the paper's claims need of an attempt: its `motion` pattern and the `table_force`, as JSON values."""
+    """Return the measures that the paper's claims need, as JSON values: the `motion` pattern and the `table_force`."""
     return {"motion": measure(recording), "table_force": table_force(recording)}
 
 
 def annotate(recording: Recording) -> Recording:
     """Return the recording with its motion pattern in `meta["motion"]`; unchanged if there was no push."""
-    if primitive(recording, "push") is None:
+    if first_outcome(recording, "push") is None:
         return recording
     return replace(recording, meta={**recording.meta, "motion": measure(recording)})
 
@@ -74,10 +74,10 @@ def annotate(recording: Recording) -> Recording:
 def table_force(recording: Recording) -> dict[str, float] | None:
     """Return `mean` and `peak` of the vertical force on the hand during the push [N], or None without a push.
 
-    The force is relative to the one in the air before touch-down, so what the hand already bears when the push begins
-    counts. Objects also bear on a sloping hand, but for most of a push the table does.
+    The force is relative to the force in the air before touch-down. It therefore includes the load on the hand when the
+    push begins. Objects also press on a sloping hand, but for most of a push the table does.
     """
-    approach, push = primitive(recording, "approach"), primitive(recording, "push")
+    approach, push = first_outcome(recording, "approach"), first_outcome(recording, "push")
     if approach is None or push is None:
         return None
     time, vertical = recording.signal_time, recording.signals["wrench"][:, 2].astype(float)
@@ -90,7 +90,7 @@ def table_force(recording: Recording) -> dict[str, float] | None:
 
 
 def _speeds(push: PushMotion) -> dict[str, float | None]:
-    """Return means over time and objects.
+    """Return mean speeds over time and objects [m/s].
 
     The leading edge is a segment on y = 0. Ahead of it the direction to the nearest point is along the push; beside it,
     to the nearer end. The component along that direction is the rate at which the distance changes.

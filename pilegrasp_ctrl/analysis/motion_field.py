@@ -1,4 +1,4 @@
-"""Mean motion on a grid around the hand, and the funnel: the region from which it carries objects into the hand."""
+"""Mean motion on a grid around the hand, and the funnel: the region from which objects move into the hand."""
 
 from __future__ import annotations
 
@@ -11,21 +11,23 @@ from ..types import Array
 from .push_motion import PushMotion
 
 CELL = 0.02
-"""Side of a cell [m]: less than the radius of a tennis ball, so that neighbours fall into different cells."""
+"""Side of a cell [m], chosen: less than the radius of a tennis ball, so that neighbours are in different cells."""
 
 X_EDGES = np.round(np.arange(-0.16, 0.3601, CELL), 6)
+"""Cell edges along x in the hand's frame, from the leading edge [m]; chosen."""
+
 Y_EDGES = np.round(np.arange(-0.23, 0.2301, CELL), 6)
-"""Of the grid in the hand's frame [m]; a cell's centre lies on y = 0."""
+"""Cell edges along y in the hand's frame [m]; chosen. The line y = 0 runs through cell centres."""
 
-SEEN = 0.1
-"""A cell counts where objects have been in it, or within the kernel's reach, for this long in all [s]."""
+MIN_TIME = 0.1
+"""Least total time of objects in a cell, or weighted by the kernel, for the cell to have a velocity [s]; chosen."""
 
+LINE_STEP = 0.005
+"""Distance along x between two points of a stream line [m]; chosen."""
 
-STEP = 0.005
-"""From one point of a stream line to the next [m]."""
-
-INFLOW = 0.05
-"""Where objects come nearer by less than this share of the hand's speed, they are carried along: no way into it."""
+MIN_INFLOW = 0.05
+"""Least share of the hand's speed at which objects must approach for a stream line to continue [-]; chosen. Slower
+objects are pushed along and do not reach the hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,12 +35,12 @@ class MotionField:
     """Sums over the cells of the grid `X_EDGES` x `Y_EDGES`.
 
     Attributes:
-        attempts: how many went in.
-        radius: of the objects [m]; the mean over the attempts.
-        half_width: half the width of the hand's leading edge [m]; the mean.
-        hand_speed: that of a push, in the mean over attempts [m/s].
-        count: (nx, ny) frames in which an object's centre was in the cell.
-        time: (nx, ny) how long it was there [s].
+        attempts: Number of attempts in the sums.
+        radius: Radius of the objects [m], mean over the attempts.
+        half_width: Half the width of the hand's leading edge [m], mean over the attempts.
+        hand_speed: Speed of the hand in the push [m/s], mean over the attempts.
+        count: (nx, ny) number of frames with an object's centre in the cell.
+        time: (nx, ny) total time of object centres in the cell [s].
         relative: (nx, ny, 2) sum of the displacements relative to the hand [m].
         absolute: (nx, ny, 2) sum of the displacements in the scene, along the axes of the hand's frame [m].
     """
@@ -94,39 +96,34 @@ class MotionField:
         )
 
     def mean_relative(self) -> Array:
-        """Return the mean velocities relative to the hand (nx, ny, 2) [m/s]; nan where no object came."""
-        return self._mean(self.relative)
+        """Return the mean velocities relative to the hand (nx, ny, 2) [m/s]; nan in cells without objects."""
+        return _mean_velocity(self.relative, self.time)
 
     def mean_absolute(self) -> Array:
-        """Return the mean velocities in the scene (nx, ny, 2) [m/s]; nan where no object came."""
-        return self._mean(self.absolute)
-
-    def _mean(self, total: Array) -> Array:
-        with np.errstate(invalid="ignore"):
-            return np.where((self.time >= SEEN)[..., None], total / self.time[..., None], np.nan)
+        """Return the mean velocities in the scene (nx, ny, 2) [m/s]; nan in cells without objects."""
+        return _mean_velocity(self.absolute, self.time)
 
     @cached_property
     def _kernels(self) -> tuple[Array, Array]:
-        """Gaussians whose deviation is an object's radius: an object is not at a point, but that large."""
+        """Gaussian weights along x and y. Their deviation is an object's radius, because an object has this size."""
         centers = (0.5 * (edges[1:] + edges[:-1]) for edges in (X_EDGES, Y_EDGES))
         x, y = (np.exp(-0.5 * ((c[:, None] - c) / self.radius) ** 2) for c in centers)
         return x, y
 
     @cached_property
     def smooth_relative(self) -> Array:
-        """(nx, ny, 2) kernel-weighted mean velocities relative to the hand [m/s]; nan where nothing is near."""
+        """(nx, ny, 2) kernel-weighted mean velocities relative to the hand [m/s]; nan in cells without objects near."""
         kx, ky = self._kernels
         time = kx @ self.time @ ky
         total = np.stack([kx @ self.relative[..., axis] @ ky for axis in range(2)], axis=-1)
-        with np.errstate(invalid="ignore"):
-            return np.where((time >= SEEN)[..., None], total / time[..., None], np.nan)
+        return _mean_velocity(total, time)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Funnel:
     """Two stream lines of the mean relative motion, followed upstream from the ends of the hand's leading edge.
 
-    Stream lines do not cross, so whatever is between them flows into the hand, and whatever is not flows past it.
+    Stream lines do not cross, so objects between them flow into the hand, and the others flow past it.
 
     Attributes:
         x: (k,) distance ahead of the leading edge, rising from 0 [m].
@@ -140,30 +137,36 @@ class Funnel:
 
     @classmethod
     def of(cls, field: MotionField, farthest: float = 0.25) -> Funnel:
-        """Follow the lines up to `farthest` [m], or until objects no longer come nearer or none was seen."""
+        """Follow the lines up to `farthest` [m], or until objects no longer approach or no object was there."""
         y = np.array([-field.half_width, field.half_width])
         points = [(0.0, *y)]
-        for x in np.arange(STEP, farthest + 0.5 * STEP, STEP):
+        for x in np.arange(LINE_STEP, farthest + 0.5 * LINE_STEP, LINE_STEP):
             slopes = [_slope(field, points[-1][0], side) for side in y]
             if None in slopes:
                 break
-            y = y + STEP * np.array(slopes, dtype=float)
+            y = y + LINE_STEP * np.array(slopes, dtype=float)
             if y[0] >= y[1]:
                 break
             points.append((float(x), *y))
         return cls(*np.array(points).T)
 
     def width_at(self, distance: float) -> float | None:
-        """Return the width at a distance ahead [m], or None where the funnel does not reach so far."""
+        """Return the width at a distance ahead [m], or None beyond the end of the funnel."""
         if distance > self.x[-1] + 1e-9:
             return None
         return float(np.interp(distance, self.x, self.left - self.right))
 
 
+def _mean_velocity(displacement: Array, time: Array) -> Array:
+    """Return total displacements (nx, ny, 2) over total times (nx, ny) [m/s]; nan below `MIN_TIME`."""
+    with np.errstate(invalid="ignore"):
+        return np.where((time >= MIN_TIME)[..., None], displacement / time[..., None], np.nan)
+
+
 def _slope(field: MotionField, x: float, y: float) -> float | None:
-    """Return dy/dx of the stream line through a point, or None where nothing flows toward the hand."""
+    """Return dy/dx of the stream line through a point, or None if nothing flows toward the hand there."""
     u = _interpolated(field.smooth_relative, x, y)
-    if not np.isfinite(u).all() or u[0] > -INFLOW * field.hand_speed:
+    if not np.isfinite(u).all() or u[0] > -MIN_INFLOW * field.hand_speed:
         return None
     return float(u[1] / u[0])
 

@@ -1,4 +1,4 @@
-"""What the objects did during the push, as seen from the hand."""
+"""The motion of the objects during the push, relative to the hand."""
 
 from __future__ import annotations
 
@@ -14,39 +14,39 @@ from ..recording import Recording
 from ..recording_parts import Shape
 from ..types import Array
 from .hand_mouth import HandMouth, nearer_side
-from .reading import primitive, signal_at, strategy_number
+from .reading import first_outcome, signal_at, strategy_number
 
 MOVING_SHARE = 0.1
-"""The pile moves as soon as one object is faster than this share of the hand's speed; chosen."""
+"""Share of the hand's speed above which one object's speed means that the pile moves [-]; chosen."""
 
 ARRIVED = 1e-5
-"""The reference has arrived once it is nearer than this to its last position [m]. At |v_hand| this takes 0.1 ms."""
+"""Distance from its last position within which the reference has arrived [m]; chosen. It moves so far in 0.1 ms."""
 
 SHORTEST_PUSH = 0.005
-"""A push whose reference moves by less than this has no direction [m]; chosen."""
+"""Least motion of the reference for a push to have a direction [m]; chosen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PushMotion:
-    """F frames of n objects, from the first motion of the pile to the end of the push; nothing later.
+    """Motion of n objects in F frames, from the first motion of the pile to the end of the push.
 
     A push that never reaches F_grasp waits at the end of its path. That time is left out, because a hand at rest does
     not push.
 
-    In the hand's frame x points level where the fingers point, y to the left and z up. This is along the push, except
-    for beta. Relative positions are counted from the middle of the hand's leading edge, so the hand lies beneath an
-    object with x < 0.
+    In the hand's frame x is level and points along the fingers, y to the left and z up. The x axis is along the push,
+    except for beta. Relative positions are measured from the middle of the hand's leading edge, so the hand is beneath
+    an object with x < 0.
 
     Attributes:
-        time: (F,) Times of the frames [s].
-        edge: (2,) Middle of the leading edge relative to the tool, in the hand's frame [m].
-        hand: (F, 2) Middle of the leading edge in the scene, along the axes of the hand's frame [m].
-        relative: (F, n, 2) Centres of the objects in the hand's frame [m].
-        objects: (n,) Names of the objects.
-        radius: Median radius of the objects [m]: of a ball its own, else the geometric mean of the half-extents.
+        time: (F,) times of the frames [s].
+        edge: (2,) middle of the leading edge relative to the tool, in the hand's frame [m].
+        hand: (F, 2) middle of the leading edge in the scene, along the axes of the hand's frame [m].
+        relative: (F, n, 2) centres of the objects in the hand's frame [m].
+        objects: (n,) names of the objects.
+        radius: Median radius of the objects [m]. The radius of an object is the geometric mean of its half extents.
         half_width: Half the width of the leading edge [m].
         length: Distance from the leading edge to the rear of the hand [m].
-        axes: (2, 3) Unit vectors of x and y in the scene.
+        axes: (2, 3) unit vectors of x and y in the scene.
         rigid: Whether the hand is a single body, which cannot close.
         nearer_side: Side on which a slanted wall is nearer, see `hand_mouth.nearer_side`.
     """
@@ -66,7 +66,7 @@ class PushMotion:
     @classmethod
     def of(cls, recording: Recording) -> PushMotion | None:
         """Return the motion, or None if there was no push, nothing to push, or a pile that never moved."""
-        push, along, axes = primitive(recording, "push"), _push_axes(recording), hand_axes(recording)
+        push, along, axes = first_outcome(recording, "push"), _push_axes(recording), hand_axes(recording)
         chosen = [index for index, body in enumerate(recording.bodies) if body.role == "object" and body.shapes]
         if push is None or along is None or axes is None or not chosen:
             return None
@@ -104,7 +104,7 @@ class PushMotion:
 
     @property
     def hand_speed(self) -> float:
-        """Median speed of the hand [m/s]: the speed of its slide, even if a wall stops it at the end."""
+        """Median speed of the hand [m/s]: its sliding speed, even if a wall stops it at the end."""
         return float(np.median(np.linalg.norm(self.hand_velocity, axis=1)))
 
     @property
@@ -114,7 +114,7 @@ class PushMotion:
 
     @property
     def relative_velocity(self) -> Array:
-        """(F-1, n, 2) velocities relative to the hand, in the mean between two frames [m/s]."""
+        """(F-1, n, 2) mean velocities relative to the hand between two frames [m/s]."""
         return np.diff(self.relative, axis=0) / np.diff(self.time)[:, None, None]
 
     @property
@@ -124,36 +124,36 @@ class PushMotion:
 
     @property
     def midpoints(self) -> Array:
-        """(F-1, n, 2) relative positions half-way between two frames [m], where those velocities belong."""
+        """(F-1, n, 2) relative positions half-way between two frames [m], to which those velocities belong."""
         return 0.5 * (self.relative[1:] + self.relative[:-1])
 
     @property
     def before_mouth(self) -> NDArray[np.bool_]:
-        """(F-1, n) whether an object is ahead of the leading edge, within its width and at most two diameters away."""
+        """(F-1, n) flags of the objects ahead of the leading edge, within its width and at most two diameters away."""
         x, y = np.moveaxis(self.midpoints, -1, 0)
         return (x > 0.0) & (x <= 4.0 * self.radius) & (np.abs(y) <= self.half_width)
 
     @property
     def beside_mouth(self) -> NDArray[np.bool_]:
-        """(F-1, n) whether an object is ahead of the leading edge and beyond its ends."""
+        """(F-1, n) flags of the objects ahead of the leading edge and beyond its ends."""
         x, y = np.moveaxis(self.midpoints, -1, 0)
         return (x > 0.0) & (np.abs(y) > self.half_width)
 
     @property
     def in_hand(self) -> NDArray[np.bool_]:
-        """(F, n) whether an object's centre is behind the leading edge and within its width: the hand is beneath it."""
+        """(F, n) flags of the objects whose centre is behind the leading edge and within its width, above the hand."""
         x, y = np.moveaxis(self.relative, -1, 0)
         return (x < 0.0) & (x > -self.length) & (np.abs(y) <= self.half_width)
 
     @property
     def at_edge(self) -> NDArray[np.bool_]:
-        """(F, n) whether an object's centre is at most a radius ahead of the leading edge and within its width."""
+        """(F, n) flags of the objects whose centre is at most a radius ahead of the leading edge, within its width."""
         x, y = np.moveaxis(self.relative, -1, 0)
         return (x >= 0.0) & (x <= self.radius) & (np.abs(y) <= self.half_width)
 
 
 def hand_axes(recording: Recording) -> Array | None:
-    """Return level unit vectors (2, 3) where the pushing hand points, and to its left; None if nothing was pushed."""
+    """Return level unit vectors (2, 3) along the pushing fingers and to their left, or None if there was no push."""
     axes = _push_axes(recording)
     if axes is None:
         return None
@@ -163,8 +163,8 @@ def hand_axes(recording: Recording) -> Array | None:
 
 
 def _push_axes(recording: Recording) -> Array | None:
-    """Return (2, 3) unit vectors along the push and to its left, from the reference, which no contact deflects."""
-    push = primitive(recording, "push")
+    """Return unit vectors (2, 3) along the push and to its left, from the reference, which no contact deflects."""
+    push = first_outcome(recording, "push")
     if push is None:
         return None
     ends = signal_at(recording, "reference_position", np.array([push["start"], push["end"]]))
@@ -178,7 +178,7 @@ def _push_axes(recording: Recording) -> Array | None:
 
 
 def _end(recording: Recording, push: Mapping[str, Any], axes: Array) -> float:
-    """Return when the push ended, or when its reference arrived if that is earlier [s]."""
+    """Return the end of the push [s], or the arrival of its reference if that is earlier."""
     during = (recording.signal_time >= push["start"] - 1e-9) & (recording.signal_time <= push["end"] + 1e-9)
     time = recording.signal_time[during]
     if not time.size:

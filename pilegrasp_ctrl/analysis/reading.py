@@ -1,4 +1,4 @@
-"""Entries of a recording, read without trusting them: a file may lack or garble any key of its meta and any signal."""
+"""Safe access to the entries of a recording, because any key of its meta and any signal may be missing or wrong."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..recording import Recording
 from ..types import Array
 
 MAX_TEXT_LENGTH = 300
-"""Longest text that is taken over from a recording, in letters; chosen."""
+"""Greatest length of a text from a recording [characters]; chosen."""
 
 
 def number(value: Any) -> float | None:
@@ -27,7 +27,7 @@ def number(value: Any) -> float | None:
 
 
 def text(value: Any, limit: int = MAX_TEXT_LENGTH) -> str:
-    """Return `value` as plain text of at most `limit` letters; None becomes the empty text."""
+    """Return `value` as plain text of at most `limit` characters; None becomes the empty text."""
     if value is None:
         return ""
     if isinstance(value, float):
@@ -37,7 +37,7 @@ def text(value: Any, limit: int = MAX_TEXT_LENGTH) -> str:
 
 
 def plain(trigger: str) -> str:
-    """Return a trigger as words if it is an identifier."""
+    """Return a trigger with spaces for underscores if it is an identifier, otherwise as it is."""
     return trigger.replace("_", " ") if trigger.isidentifier() else trigger
 
 
@@ -49,13 +49,13 @@ def lookup(table: Any, dotted: str) -> Any:
 
 
 def strategy_number(recording: Recording, name: str, default: float) -> float:
-    """Return a number of the recorded strategy, or `default` if the configuration lacks it."""
+    """Return a number of the recorded strategy, or `default` if the configuration does not hold it."""
     noted = number(lookup(recording.meta, f"config.strategy.{name}"))
     return default if noted is None else noted
 
 
-def primitive(recording: Recording, name: str) -> Mapping[str, Any] | None:
-    """Return the outcome of the first primitive of that name; None if there is none or it lacks a start or an end."""
+def first_outcome(recording: Recording, name: str) -> Mapping[str, Any] | None:
+    """Return the outcome of the first primitive called `name`, or None if there is none with a start and an end."""
     outcomes = recording.meta.get("outcomes")
     for row in outcomes if isinstance(outcomes, list) else []:
         if isinstance(row, Mapping) and row.get("name") == name:
@@ -64,7 +64,7 @@ def primitive(recording: Recording, name: str) -> Mapping[str, Any] | None:
 
 
 def signal_at(recording: Recording, name: str, times: Array, width: int = 3) -> Array | None:
-    """Return the first `width` columns of a signal, interpolated at some times (F, width), or None if it is absent."""
+    """Return the first `width` columns of a signal, interpolated at `times` (F, width), or None if it is absent."""
     signal = recording.signals.get(name)
     if signal is None or signal.ndim != 2 or signal.shape[1] < width or not signal.size:
         return None

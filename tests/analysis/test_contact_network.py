@@ -8,22 +8,20 @@ import numpy as np
 from pilegrasp_ctrl.analysis.contact_network import force_chains
 from pilegrasp_ctrl.analysis.motion import measure
 from pilegrasp_ctrl.analysis.push_motion import PushMotion
-from pushed_pile import (
-    RESTLESS,
-    moving,
-    push_recording,
-)
+from pilegrasp_ctrl.recording_parts import Contacts
+from pushed_pile import RESTLESS, moving, push_recording
 
 
 def with_contacts(bodies: list[tuple[int, int]], forces: list[list[float]], walls: int = 0) -> dict:
-    """Force chains of four objects (bodies 1 to 4) with the same contacts in each frame."""
-    ways = {f"o{k}": moving(0.05 + 0.06 * k, 0.0, 0.02, 0.0) for k in range(1, 5)}
-    recording = push_recording(ways, rigid=True)
+    """Return the force chains of four objects (bodies 1 to 4) with the same contacts in each frame."""
+    motions = {f"o{k}": moving(0.05 + 0.06 * k, 0.0, 0.02, 0.0) for k in range(1, 5)}
+    recording = push_recording(motions, rigid=True)
     wall = replace(recording.bodies[0], name="wall", role="support")
     frames = recording.frame_time.size
-    contacts = SimpleNamespace(
+    contacts = Contacts(
         start=np.arange(frames + 1) * len(bodies),
         bodies=np.tile(np.array(bodies, dtype=np.int32).reshape(-1, 2), (frames, 1)),
+        position=np.zeros((frames * len(bodies), 3)),
         force=np.tile(np.array(forces, dtype=np.float32).reshape(-1, 3), (frames, 1)),
     )
     scene = SimpleNamespace(contacts=contacts, bodies=(*recording.bodies, wall), frame_time=recording.frame_time)
@@ -47,6 +45,6 @@ def test_a_weak_contact_ends_a_chain():
 
 
 def test_without_contacts_there_are_no_chains():
-    recording = replace(push_recording({"a": RESTLESS}))
+    recording = push_recording({"a": RESTLESS})
     assert force_chains(recording, PushMotion.of(recording)) is None
     assert "force_chains" not in measure(recording)

@@ -1,4 +1,4 @@
-"""Which object separates during the push, and which objects are held at the end."""
+"""The object that separates during the push, and the objects that are held at the end."""
 
 from dataclasses import replace
 
@@ -26,8 +26,8 @@ from pushed_pile import (
 
 
 def test_the_object_in_the_middle_has_separated_since_the_hand_is_beneath_it():
-    ways = {"far": RESTLESS, "edge": sliding_in(0.05, 0.03, 0.01), "deep": sliding_in(0.1, 0.0, 0.04)}
-    found = measure(push_recording(ways, held=("deep",)))
+    motions = {"far": RESTLESS, "edge": sliding_in(0.05, 0.03, 0.01), "deep": sliding_in(0.1, 0.0, 0.04)}
+    found = measure(push_recording(motions, held=("deep",)))
     assert found["separated"]["object"] == "deep"
     assert found["separated"]["time"] == pytest.approx(BEGIN + 1.0, abs=0.02)
     assert found["separated"]["stabilised"] == pytest.approx(BEGIN + 1.4, abs=0.02)
@@ -38,21 +38,21 @@ def test_the_object_in_the_middle_has_separated_since_the_hand_is_beneath_it():
 
 @pytest.mark.parametrize("aside", [0.8 * HALF_WIDTH, -0.025])
 def test_of_two_that_came_in_side_by_side_the_one_nearer_to_the_middle_has_separated(aside):
-    ways = {"far": RESTLESS, "deeper": sliding_in(0.05, aside, 0.08), "middle": sliding_in(0.15, 0.02, 0.03)}
-    found = measure(push_recording(ways))
+    motions = {"far": RESTLESS, "deeper": sliding_in(0.05, aside, 0.08), "middle": sliding_in(0.15, 0.02, 0.03)}
+    found = measure(push_recording(motions))
     assert found["in_hand"] == ["deeper", "middle"]
     assert found["separated"]["object"] == "middle"
 
 
-def test_a_rigid_hand_keeps_what_lies_deepest():
-    ways = {"far": RESTLESS, "deeper": sliding_in(0.05, -0.025, 0.08), "middle": sliding_in(0.15, 0.02, 0.03)}
-    found = measure(push_recording(ways, rigid=True))
+def test_a_rigid_hand_keeps_the_deepest_object():
+    motions = {"far": RESTLESS, "deeper": sliding_in(0.05, -0.025, 0.08), "middle": sliding_in(0.15, 0.02, 0.03)}
+    found = measure(push_recording(motions, rigid=True))
     assert found["in_hand"] == ["deeper", "middle"]
     assert found["separated"]["object"] == "deeper"
 
 
 @pytest.mark.parametrize("beta", [0.4, -0.4])
-def test_the_middle_is_that_of_a_hand_that_is_turned_against_its_way(beta):
+def test_the_middle_is_measured_in_the_frame_of_a_turned_hand(beta):
     x, y = np.array([np.cos(beta), np.sin(beta)]), np.array([-np.sin(beta), np.cos(beta)])
     own = np.array([0.2 - FRONT, 0.0]) + (FRONT - 0.09) * x
     beside = own + 0.03 * np.sign(beta) * y
@@ -71,8 +71,8 @@ def tip_and_deep(pair: tuple[str, str], x: float, y: float, alpha: float = 0.0) 
         y: how far to the left [m].
         alpha: of the push [rad].
     """
-    ways = {"far": RESTLESS, "tip": at_rest(0.2 + x, y), "deep": sliding_in(0.1, -0.04, 0.04)}
-    recording = push_recording(ways, alpha=alpha, held=("tip",))
+    motions = {"far": RESTLESS, "tip": at_rest(0.2 + x, y), "deep": sliding_in(0.1, -0.04, 0.04)}
+    recording = push_recording(motions, alpha=alpha, held=("tip",))
     number = {body.name: index for index, body in enumerate(recording.bodies)}
     frames = recording.frame_time.size
     contacts = Contacts(
@@ -86,7 +86,7 @@ def tip_and_deep(pair: tuple[str, str], x: float, y: float, alpha: float = 0.0) 
 
 @pytest.mark.parametrize("alpha", [0.0, 2.5])
 @pytest.mark.parametrize("pair", [("tip", "palm"), ("palm", "tip")])
-def test_an_object_on_the_fingertips_right_before_the_middle_comes_before_one_beside_it(pair, alpha):
+def test_an_object_right_ahead_of_the_middle_is_preferred_to_one_beside_it(pair, alpha):
     found = tip_and_deep(pair, 0.2 * RADIUS, 0.0, alpha)
     assert found["separated"]["object"] == "tip"
     assert found["separated"]["stabilised"] is None
@@ -106,13 +106,13 @@ def test_an_object_on_the_fingertips_right_before_the_middle_comes_before_one_be
     ],
     ids=["touches an object", "touches what is in the hand", "not touched", "before the hand", "beside the hand"],
 )
-def test_what_the_fingertips_do_not_touch_before_the_hand_is_not_caught(pair, x, y):
+def test_an_object_ahead_of_the_hand_is_caught_only_if_the_fingertips_touch_it(pair, x, y):
     found = tip_and_deep(pair, x, y)
     assert found["separated"]["object"] == "deep"
     assert found["in_hand"] == ["deep"]
 
 
-def test_the_farther_an_object_lies_before_the_edge_the_nearer_to_the_middle_it_must_be():
+def test_an_object_farther_ahead_of_the_edge_must_be_nearer_to_the_middle():
     # |y| + 1.5 max(x + r / 2, 0): 45 against 40 mm; 15 against 20 and 5 mm.
     assert tip_and_deep(("tip", "palm"), 0.5 * RADIUS, 0.0)["separated"]["object"] == "deep"
     inside = {"far": RESTLESS, "edge": sliding_in(0.1, 0.0, 0.005), "deep": sliding_in(0.05, 0.02, 0.04)}
@@ -127,9 +127,9 @@ def test_the_farther_an_object_lies_before_the_edge_the_nearer_to_the_middle_it_
     ids=["nearer on the right", "nearer on the left", "square", "corner", "beside a wall along the way"],
 )
 @pytest.mark.parametrize("alpha", [0.0, 2.0])
-def test_before_a_slanted_wall_the_hand_keeps_what_lies_where_it_is_nearer(slants, kept, alpha):
-    ways = {"far": RESTLESS, "left": sliding_in(0.1, 0.015, 0.03), "right": sliding_in(0.1, -0.025, 0.03)}
-    recording = push_recording(ways, alpha=alpha)
+def test_at_a_slanted_wall_the_hand_keeps_the_object_on_the_nearer_side(slants, kept, alpha):
+    motions = {"far": RESTLESS, "left": sliding_in(0.1, 0.015, 0.03), "right": sliding_in(0.1, -0.025, 0.03)}
+    recording = push_recording(motions, alpha=alpha)
     frames = recording.frame_time.size
     walls, turns = [], []
     for slant in slants:
@@ -148,22 +148,22 @@ def test_before_a_slanted_wall_the_hand_keeps_what_lies_where_it_is_nearer(slant
     assert found["separated"]["object"] == kept
 
 
-def test_an_object_that_still_slides_in_has_not_stabilised():
+def test_an_object_that_still_slides_in_is_not_stable():
     found = measure(push_recording({"far": RESTLESS, "a": at_rest(0.17, 0.0)}))
     assert found["separated"]["object"] == "a"
     assert found["separated"]["stabilised"] is None
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.0, HALF_WIDTH + 0.01), (0.25, 0.0), (-0.13 + 0.2, HALF_WIDTH * 2)])
-def test_beside_or_before_the_hand_nothing_has_separated(x, y):
+def test_an_object_beside_or_ahead_of_the_hand_has_not_separated(x, y):
     found = measure(push_recording({"far": RESTLESS, "a": moving(x, y, SPEED * (x < 0.1), 0.0)}, held=("a",)))
     assert found["separated"] is None
     assert found["agreed"] is False
 
 
-def test_nothing_after_the_push_decides_what_separated():
-    ways = {"far": RESTLESS, "edge": sliding_in(0.05, 0.03, 0.01), "deep": sliding_in(0.1, 0.0, 0.04)}
-    recording = push_recording(ways, held=("deep",))
+def test_motion_after_the_push_does_not_change_the_separated_object():
+    motions = {"far": RESTLESS, "edge": sliding_in(0.05, 0.03, 0.01), "deep": sliding_in(0.1, 0.0, 0.04)}
+    recording = push_recording(motions, held=("deep",))
     position = recording.body_position.copy()
     later = recording.frame_time > END + 1e-9
     position[later, 1:] += [0.3, -0.2, 0.0]
@@ -186,13 +186,13 @@ def held(*positions, rest=0.027, lift=0.2):
     return int(are_held(places, TOOL_AT, np.full(len(places), rest), lift).sum())
 
 
-def test_an_object_counts_that_has_risen_and_is_near():
+def test_an_object_that_has_risen_and_is_near_counts_as_held():
     assert held(IN_HAND) == 1
     assert held(IN_HAND, TOOL_AT, [0.8, 0.0, 0.027]) == 2
     assert held() == 0
 
 
-def test_an_object_elsewhere_does_not_count():
+def test_a_risen_object_far_from_the_tool_does_not_count():
     aside = np.array([0.0, HELD_DISTANCE, 0.0])
     assert held(TOOL_AT + 0.99 * aside) == held(TOOL_AT - 0.99 * aside) == 1
     assert held(TOOL_AT + 1.01 * aside) == held(TOOL_AT - 1.01 * aside) == 0

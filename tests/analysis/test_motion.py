@@ -27,7 +27,7 @@ from pushed_pile import (
 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.6])
-def test_approach_is_how_fast_the_hand_gains_on_what_lies_before_it(alpha):
+def test_the_approach_speed_is_the_speed_of_the_hand_relative_to_the_objects_ahead(alpha):
     standing = measure(push_recording({"far": RESTLESS, "a": at_rest(0.21, 0.02)}, alpha=alpha))
     carried = measure(push_recording({"a": moving(0.05, 0.02, SPEED, 0.0)}, alpha=alpha))
     half = measure(push_recording({"a": moving(0.11, -0.04, 0.5 * SPEED, 0.0)}, alpha=alpha))
@@ -37,16 +37,16 @@ def test_approach_is_how_fast_the_hand_gains_on_what_lies_before_it(alpha):
     assert half["hand_speed"] == pytest.approx(SPEED, rel=1e-4)
 
 
-def test_what_is_far_ahead_or_under_way_in_the_hand_does_not_count_as_approaching():
+def test_objects_far_ahead_or_in_the_hand_do_not_count_as_approaching():
     found = measure(push_recording({"a": moving(0.5, 0.0, 0.01, 0.0), "b": moving(-0.02, 0.0, SPEED, 0.0)}))
     assert found["approach_speed"] is None
 
 
 @pytest.mark.parametrize("alpha", [0.0, -0.4])
-def test_spread_is_the_way_off_the_nearer_end_of_the_leading_edge(alpha):
+def test_the_spread_is_the_motion_away_from_the_nearer_end_of_the_leading_edge(alpha):
     # It keeps its place relative to the hand, so that the direction from the edge's end stays (3, 4) / 5.
-    ways = {"a": moving(0.03, HALF_WIDTH + 0.04, SPEED, 0.0), "b": moving(0.03, -HALF_WIDTH - 0.04, SPEED, 0.0)}
-    found = measure(push_recording(ways, alpha=alpha))
+    motions = {"a": moving(0.03, HALF_WIDTH + 0.04, SPEED, 0.0), "b": moving(0.03, -HALF_WIDTH - 0.04, SPEED, 0.0)}
+    found = measure(push_recording(motions, alpha=alpha))
     assert found["spread_speed"] == pytest.approx(0.6 * SPEED, rel=1e-4)
     assert found["spread_forward"] == pytest.approx(SPEED, rel=1e-4)
     assert found["spread_sideways"] == pytest.approx(0.0, abs=1e-6)
@@ -58,7 +58,7 @@ def test_sideways_means_away_from_the_middle_on_both_sides():
     assert found["spread_sideways"] == pytest.approx(0.02, rel=1e-4)
 
 
-def test_the_clock_starts_when_the_pile_moves_and_stops_when_the_hand_does():
+def test_the_measured_time_starts_with_the_motion_of_the_pile_and_ends_with_that_of_the_hand():
     late = push_recording({"a": lambda t: np.stack([0.2 + 0.05 * np.clip(t - 2.0, 0, 1), 0 * t], axis=-1)})
     push = PushMotion.of(late)
     assert push.time[0] == pytest.approx(2.0)
@@ -69,10 +69,10 @@ def test_the_clock_starts_when_the_pile_moves_and_stops_when_the_hand_does():
 
 
 @pytest.mark.parametrize("strategy", [{"beta_deg": "20"}, {"beta_deg": 10**400}, {}, None])
-def test_an_angle_that_is_no_number_counts_as_none(strategy):
-    ways = {"far": RESTLESS, "a": at_rest(0.17, 0.0)}
-    found = measure(push_recording(ways, config={"strategy": strategy}))
-    assert found == measure(push_recording(ways))
+def test_an_angle_that_is_not_a_number_counts_as_zero(strategy):
+    motions = {"far": RESTLESS, "a": at_rest(0.17, 0.0)}
+    found = measure(push_recording(motions, config={"strategy": strategy}))
+    assert found == measure(push_recording(motions))
 
 
 def test_a_thumb_above_the_objects_is_no_part_of_the_leading_edge():
@@ -84,7 +84,7 @@ def test_a_thumb_above_the_objects_is_no_part_of_the_leading_edge():
     assert found["mouth_width"] == pytest.approx(2 * HALF_WIDTH)
 
 
-def test_the_speed_is_that_of_the_slide_where_a_wall_stops_the_hand_at_the_end():
+def test_the_hand_speed_is_the_sliding_speed_even_if_a_wall_stops_the_hand():
     recording = push_recording({"far": RESTLESS})
     tool = recording.signals["tool_position"].copy()
     tool[:, 0] = np.minimum(tool[:, 0], tool[0, 0] + 0.7 * (tool[-1, 0] - tool[0, 0]))
@@ -93,14 +93,14 @@ def test_the_speed_is_that_of_the_slide_where_a_wall_stops_the_hand_at_the_end()
 
 
 @pytest.mark.parametrize("recording", ODD_RECORDINGS.values(), ids=ODD_RECORDINGS.keys())
-def test_every_outcome_gives_the_same_keys(recording):
+def test_every_outcome_has_the_same_keys(recording):
     found = measure(recording)
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert found.keys() - {"force_chains"} == measure(push_recording(crowd(0.0))).keys()
     assert isinstance(found["triggered"], bool)
 
 
-def test_where_there_was_no_push_there_is_no_pattern():
+def test_an_attempt_without_a_push_has_no_pattern():
     found = measure(ODD_RECORDINGS["failed approach"])
     assert found["triggered"] is False
     assert {found[name] for name in ("approach_speed", "spread_speed", "funnel_width", "separated")} == {None}
@@ -145,12 +145,12 @@ def pressed(vertical, outcomes):
     )
 
 
-def test_the_force_of_the_table_is_relative_to_the_force_in_the_air():
+def test_the_table_force_is_relative_to_the_force_in_the_air():
     outcomes = [{"name": "approach", "start": 0.0, "end": 0.45}, {"name": "push", "start": 0.45, "end": 0.75}]
     found = table_force(pressed([0.5, 0.5, 0.5, 0.5, 2.5, 4.5, 8.5, 6.5, 0.5], outcomes))
     assert found == pytest.approx({"mean": 6.0, "peak": 8.0})
 
 
-def test_without_a_push_there_is_no_force_of_the_table():
+def test_an_attempt_without_a_push_has_no_table_force():
     outcomes = [{"name": "approach", "start": 0.0, "end": 0.45}]
     assert table_force(pressed([0.5] * 9, outcomes)) is None

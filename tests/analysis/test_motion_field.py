@@ -18,7 +18,7 @@ from pushed_pile import (
 )
 
 
-def test_the_field_knows_each_cell_and_fields_add_up():
+def test_a_field_holds_the_motion_in_each_cell_and_fields_add_up():
     push = PushMotion.of(push_recording({"a": moving(0.05, 0.0, SPEED, 0.0), "b": moving(0.05, 0.1, SPEED, 0.02)}))
     field = MotionField.of(push)
     cell = np.searchsorted(X_EDGES, 0.05) - 1, np.searchsorted(Y_EDGES, 0.0) - 1
@@ -39,7 +39,7 @@ def test_a_pile_at_rest_flows_into_the_hand_over_its_own_width():
 
 
 @pytest.mark.parametrize("slope", [0.3, -0.3])
-def test_objects_that_give_way_narrow_the_funnel_and_objects_that_come_together_widen_it(slope):
+def test_diverging_objects_narrow_the_funnel_and_converging_objects_widen_it(slope):
     # dy/dx = u_y / u_x = -slope y / SPEED: stream lines are exponentials; y itself grows meanwhile, by the factor g.
     field = MotionField.of(PushMotion.of(push_recording(crowd(0.0, slope))))
     width = Funnel.of(field).width_at(4 * RADIUS)
@@ -49,7 +49,7 @@ def test_objects_that_give_way_narrow_the_funnel_and_objects_that_come_together_
     assert Funnel.of(field).width_at(0.0) == pytest.approx(2 * HALF_WIDTH)
 
 
-def test_a_pile_that_is_carried_along_has_no_funnel():
+def test_a_pile_that_moves_with_the_hand_has_no_funnel():
     found = measure(push_recording(crowd(SPEED)))
     assert found["funnel_width"] is None
     assert found["mouth_width"] == pytest.approx(2 * HALF_WIDTH)
