@@ -29,7 +29,7 @@ from .application import app
 __all__ = ["app", "main"]
 
 READER_LEFT = 141
-"""Exit status if the reader of standard output has left: 128 + 13, as a shell shows for SIGPIPE."""
+"""Exit status if the reader of standard output has closed it: 128 + 13, as a shell shows for SIGPIPE."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -46,8 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 130
     except (BrokenPipeError, SystemExit):
-        # The reader has left; rich turns that into SystemExit. Without this the interpreter complains again when it
-        # closes the stream.
+        # The reader has closed the stream; rich turns that into SystemExit. Without `_discard` the interpreter reports
+        # the error again when it closes the stream.
         _discard(sys.stdout)
         return READER_LEFT
     except Exception as error:
@@ -66,7 +66,7 @@ def _discard(stream: TextIO) -> None:
 
 
 def _is_of_a_stream(error: Exception) -> TypeGuard[OSError]:
-    """Return whether an error belongs to a standard stream, as for a full disk; that of a file has a name."""
+    """Return whether an error belongs to a standard stream, as for a full disk; an error of a file has a file name."""
     return isinstance(error, OSError) and error.errno is not None and error.filename is None
 
 

@@ -1,4 +1,4 @@
-"""What every verb shares: the program, the common options, where results go, and how progress is shown."""
+"""The parts that every verb shares: the program, common options, the console for results, and progress bars."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def pilegrasp(
 
 
 def make_console() -> Console:
-    """Return a console that cuts nothing: a line is a line for a file or a program that reads it."""
+    """Return a console that cuts no column, and wraps no line for a file or a program that reads it."""
     console = Console()
     return Console(width=max(console.width, MIN_WIDTH) if console.is_terminal else FILE_WIDTH)
 
@@ -56,5 +56,5 @@ def make_progress(*columns: ProgressColumn) -> Progress:
 
 
 def print_json(document: Any) -> None:
-    """Print the one document that `--json` promises; a value that is not finite is a defect, not JSON."""
+    """Print the one document that `--json` promises; a value that is not finite raises an error."""
     print(json.dumps(document, indent=2, allow_nan=False))

@@ -64,7 +64,7 @@ def bench(
 
 @contextmanager
 def _progress() -> Iterator[Callable[[float, str], None]]:
-    """Show the share that is done on standard error; nothing outside a terminal."""
+    """Show the finished share on standard error; nothing outside a terminal."""
     if not sys.stderr.isatty():
         yield lambda fraction, what: None
         return
@@ -91,7 +91,7 @@ def _print_result(console: Console, result: BenchResult) -> None:
             "[yellow]OMP_NUM_THREADS is not 1: threads of the linear algebra disturb the ticks", soft_wrap=True
         )
     if settings.load > settings.processors:
-        console.print("[yellow]other programs are running: the tails suffer most", soft_wrap=True)
+        console.print("[yellow]other programs are running: the tails grow most", soft_wrap=True)
     _print_rows(console, "tick (ratio: to the yardstick)", _of(result, "tick"), "us")
     _print_rows(console, "peer (ratio: to the operational-space tick)", _of(result, "peer"), "us")
     _print_rows(console, "part of the operational-space tick (ratio: to the yardstick)", _of(result, "stage"), "us")
@@ -152,7 +152,7 @@ def _print_loop(console: Console, result: BenchResult) -> None:
         table.add_row(row.phase, *times, f"{row.ratio:.2f}", spread, f"{row.realtime_factor:.1f}")
     console.print(table)
     if not result.replay_exact:
-        console.print("[red]a replay left the loop's trajectory: its times are those of another motion", soft_wrap=True)
+        console.print("[red]a replay left the loop's trajectory: its times belong to another motion", soft_wrap=True)
     console.print()
 
 

@@ -55,7 +55,7 @@ def _report(failed: list[str], checks: Sequence[Check | PhysicsCheck], table: Ta
     else:
         make_console().print(table)
         if not failed:
-            print("All that is needed works.")
+            print("Everything that is needed works.")
     if failed:
         raise PilegraspError(f"these checks failed: {', '.join(failed)}")
 

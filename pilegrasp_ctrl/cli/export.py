@@ -54,10 +54,10 @@ def export_recording(
     check_output(output, *VIEWS)
     if len(recordings) > 2 or (len(recordings) == 2 and output.suffix != ".html"):
         raise ExportError(
-            f"{len(recordings)} recordings are given for {output.name}; a page (.html) shows one or two, all else one"
+            f"{len(recordings)} recordings are given for {output.name}; give one, or two for a page (.html)"
         )
     if speed is not None and output.suffix not in MOVIES:
-        raise ExportError(f"--speed is for movies ({' and '.join(MOVIES)}), and {output.name} is none; leave it out")
+        raise ExportError(f"--speed is for movies ({' and '.join(MOVIES)}); leave it out for {output.name}")
 
     from ..recording import Recording
     from ..viewer import write

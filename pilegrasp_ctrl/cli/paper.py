@@ -14,21 +14,21 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.table import Table
 
+from ..study import FIRST_JUDGING_SEED
 from .application import DebugOption, JsonOption, app, make_console, make_progress, print_json
 from .study_options import JobsOption, SchedulerOption, study_progress, worker_count
 
 if TYPE_CHECKING:
     from ..scenarios.paper.plan import PlannedCondition, Remaining
 
-JUDGING = 10_000
-"""First seed for judging (chosen); gains are tuned on smaller ones."""
 COLOURS = {"holds": "green", "fails": "red", "not decided": "yellow"}
+"""Colour of each verdict in the terminal."""
 
 
 @app.command(
     "paper",
-    epilog="Run it again with the same folder and it does only what is missing; more experiments or attempts are added "
-    "to what is there. An interrupt loses no finished attempt.",
+    epilog="Run it again with the same folder, and it runs only the missing attempts; more experiments or attempts are "
+    "added. An interrupt loses no finished attempt.",
 )
 def paper(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; made if it is missing.")],
@@ -44,22 +44,25 @@ def paper(
         typer.Option(
             min=1,
             metavar="N",
-            help="Most attempts at a condition, fewer where many are judged together; the paper's numbers by default.",
+            help="Largest number of attempts at a condition, by default the paper's; fewer if conditions are pooled.",
         ),
     ] = None,
     jobs: JobsOption = None,
     scheduler: SchedulerOption = None,
     seeds_from: Annotated[
-        int, typer.Option(min=0, metavar="SEED", help="First seed of every condition; below 10000 to try things out.")
-    ] = JUDGING,
+        int,
+        typer.Option(
+            min=0,
+            metavar="SEED",
+            help=f"First seed of every condition; below {FIRST_JUDGING_SEED} to try things out.",
+        ),
+    ] = FIRST_JUDGING_SEED,
     recordings: Annotated[
         bool, typer.Option("--recordings/--no-recordings", help="Whether to make pages of typical attempts.")
     ] = True,
     dry_run: Annotated[
         bool,
-        typer.Option(
-            "--dry-run", metavar="", help="Say how many attempts are missing and how long they take, and stop."
-        ),
+        typer.Option("--dry-run", metavar="", help="Print the number of missing attempts and their time, and stop."),
     ] = False,
     as_json: JsonOption = False,
     debug: DebugOption = False,
@@ -86,7 +89,10 @@ def paper(
         try:
             store = run_paper(planned, out, seeds_from, jobs=workers, scheduler=scheduler, progress=progress)
         except KeyboardInterrupt:
-            print(f"stopped; what is finished is kept in {out}, and the same command does the rest", file=sys.stderr)
+            print(
+                f"stopped; finished attempts are kept in {out}; the same command runs the rest",
+                file=sys.stderr,
+            )
             raise
     with store, _pages() as shown:
         command = _command(names, attempts, seeds_from, out)
@@ -152,7 +158,7 @@ def _command(names: list[str] | None, attempts: int | None, first_seed: int, out
     """Return the command that repeats this study."""
     words = ["pilegrasp", "paper", *(names or ["all"])]
     words += [] if attempts is None else ["--attempts", str(attempts)]
-    words += [] if first_seed == JUDGING else ["--seeds-from", str(first_seed)]
+    words += [] if first_seed == FIRST_JUDGING_SEED else ["--seeds-from", str(first_seed)]
     return shlex.join([*words, "--out", str(out)])
 
 

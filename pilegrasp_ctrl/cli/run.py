@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @app.command(
     "run",
     epilog="An attempt that grasps nothing is a result, not an error: the exit status is 0. "
-    "A key that does not exist is answered with those that do.",
+    "An error about an unknown key lists the known ones.",
 )
 def run_scenario(
     scenario: ScenarioArgument,

@@ -1,4 +1,4 @@
-"""What the verbs that run many attempts share: seeds, varied values, workers, and the bar that shows progress."""
+"""The options of the verbs that run many attempts: seeds, varied values, workers, and their progress bar."""
 
 from __future__ import annotations
 

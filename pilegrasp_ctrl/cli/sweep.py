@@ -35,8 +35,8 @@ class Recorded(StrEnum):
 
 @app.command(
     "sweep",
-    epilog="Run it again with the same options and it does only what is missing; more seeds or values are added to "
-    "what is there. An interrupt loses no finished attempt. `pilegrasp export DIR table.csv` writes them as a table.",
+    epilog="Run it again with the same options, and it runs only the missing attempts; more seeds or values are added. "
+    "An interrupt loses no finished attempt. `pilegrasp export DIR table.csv` writes them as a table.",
 )
 def sweep(
     scenario: ScenarioArgument,
@@ -87,7 +87,10 @@ def sweep(
                 progress=progress,
             )
         except KeyboardInterrupt:
-            print(f"stopped; what is finished is kept in {out}, and the same command does the rest", file=sys.stderr)
+            print(
+                f"stopped; finished attempts are kept in {out}; the same command runs the rest",
+                file=sys.stderr,
+            )
             raise
     with store:
         rows = summarise(store, attempts)

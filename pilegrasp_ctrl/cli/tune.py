@@ -32,7 +32,7 @@ class Controller(StrEnum):
 
 @app.command(
     "tune",
-    epilog="Run it again with the same options and it does only what is missing; an interrupt loses no finished trial.",
+    epilog="Run it again with the same options, and it runs only the missing trials. An interrupt loses no trial.",
 )
 def tune(
     scenario: ScenarioArgument,
@@ -88,7 +88,7 @@ def tune(
         try:
             store = run_search(search, trials, jobs, progress)
         except KeyboardInterrupt:
-            print(f"stopped; the finished trials are kept in {out}, and the same command goes on", file=sys.stderr)
+            print(f"stopped; finished trials are kept in {out}; the same command runs the rest", file=sys.stderr)
             raise
         explanation = explain(search, store, jobs, progress)
     options = {"--controller": controller, "--trials": trials, "--seeds": seeds, "--jobs": jobs, "--start": start}
@@ -112,7 +112,7 @@ def _command(scenario: str, options: Mapping[str, Any], settings: list[str], out
 
 @contextmanager
 def _progress(name: str) -> Iterator[Callable[[str, int, int, float | None], None]]:
-    """Show what is done, its rate, the time left and the best so far; nothing outside a terminal."""
+    """Show the finished trials, their rate, the time left and the best so far; nothing outside a terminal."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),
@@ -125,14 +125,14 @@ def _progress(name: str) -> Iterator[Callable[[str, int, int, float | None], Non
         line = bar.add_task(escape(f"{name}: preparing"), total=None, rate="", best="")
         step, best = "", ""
 
-        def show(what: str, done: int, total: int, tracking: float | None) -> None:
+        def show(part: str, done: int, total: int, tracking: float | None) -> None:
             nonlocal step, best
             best = best if tracking is None else f"best {tracking:.3g} mm"
-            if what != step:
+            if part != step:
                 # `reset` forgets the fields that it is not given.
-                name_and_step = escape(f"{name}: {what}")
+                name_and_step = escape(f"{name}: {part}")
                 bar.reset(line, total=total, completed=done, description=name_and_step, rate="", best=best)
-                step = what
+                step = part
             speed = bar.tasks[0].speed
             bar.update(line, completed=done, total=total, rate=f"{60.0 * speed:.0f}/min" if speed else "", best=best)
 

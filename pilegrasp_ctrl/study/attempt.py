@@ -9,34 +9,33 @@ import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..config import Scenario
 from ..exceptions import ConfigurationError, PilegraspError
-from .origins import check_origins
+from .origins import check_origins, measure_module
 
 if TYPE_CHECKING:
     from ..programs.result import EpisodeResult
     from ..recording import Recording
 
 Measure = Callable[["Recording"], Mapping[str, Any]]
-"""A function of a recording; its JSON values become `result["measures"]`."""
+"""A function from a recording to JSON values, which become `result["measures"]`."""
 
 CLOCKED = ("wall_time", "realtime_factor")
-"""Entries of a result that differ from run to run; the control tick's `median_us` and `p99_us` do so too."""
+"""Entries of a result that differ from run to run, like the control tick's `median_us` and `p99_us`."""
 
 
 @dataclass(frozen=True, slots=True)
 class WorkItem:
-    """What a worker gets.
+    """One attempt, as a worker gets it.
 
     Attributes:
         scenario: Scenario of the attempt.
         config_hash: Hash of the scenario in the process that planned the study.
         seed: Seed of pile and sensor noise.
-        record: "no", "yes", or "failures" for a recording of an attempt without success.
+        record: Whether to record: "no", "yes", or "failures" for attempts without success only.
         measure: Dotted name of a function of the recording, or None.
         origins: Versions and digests that the result depends on, as in the process that planned the study.
     """
@@ -51,7 +50,7 @@ class WorkItem:
 
 @dataclass(frozen=True, slots=True)
 class AttemptReport:
-    """What a worker reports.
+    """The result of one attempt, as a worker reports it.
 
     Attributes:
         config_hash: Hash of the scenario.
@@ -117,11 +116,11 @@ def run_work_item(item: WorkItem) -> AttemptReport:
 
     Raises:
         ConfigurationError: Versions or files of this process differ from those of the study, so its result would too.
-        MemoryError: Memory was too small; the attempt may be repeated.
+        MemoryError: The memory is too small; the attempt may be repeated.
     """
     if item.scenario.config_hash() != item.config_hash:
         raise ConfigurationError(
-            "a file that the scenario names differs from what it was when the study began; choose another folder"
+            "a file that the scenario names has changed since the study began; restore it, or choose another folder"
         )
     check_origins(item.origins, item.scenario, item.measure)
     wall, processor = time.perf_counter(), time.thread_time()
@@ -173,10 +172,10 @@ def load_measure(name: str) -> Measure:
     Raises:
         ConfigurationError: The module cannot be imported, or has no such function.
     """
-    module, _, function = name.rpartition(".")
+    module, function = measure_module(name), name.rpartition(".")[2]
     try:
-        found = getattr(import_module(module), function)
-    except (ImportError, ValueError, AttributeError) as error:
+        found = getattr(module, function)
+    except AttributeError as error:
         raise ConfigurationError(
             f"measure = {name!r} cannot be imported ({error}); give package.module.function"
         ) from None

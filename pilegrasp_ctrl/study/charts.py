@@ -1,7 +1,7 @@
 """The style of the figures that pages show, and each drawing as an element of a page.
 
-A page has a light and a dark form. Its figures are therefore drawn once, in placeholder colours that nothing else uses;
-`svg_element` replaces each of them by a CSS variable, and the page's style gives it both values.
+A page has a light and a dark form. Its figures are drawn once, in placeholder colours that nothing else uses.
+`svg_element` replaces each of them by a CSS variable, and the page's style sheet defines both values of that variable.
 """
 
 from __future__ import annotations
@@ -58,13 +58,13 @@ def figure_style(ink: str, soft: str, rule: str) -> Iterator[None]:
 
 
 def svg_element(figure: Figure, description: str, colours: Mapping[str, str], prefix: str = "") -> str:
-    """Return a drawing as an element of an HTML page: no declarations, no addresses, no size of its own.
+    """Return a drawing as an element of an HTML page, without declarations, addresses and a fixed size.
 
     Args:
         figure: Drawing, still in the style in which it was made.
-        description: Label for those who cannot see it.
+        description: Label for screen readers.
         colours: Placeholder colours by name, of `page_colours`.
-        prefix: Start of the names of the drawing's parts. Drawings that share a page must not share these names.
+        prefix: Prefix of the ids in the drawing. Ids must differ between drawings that share a page.
     """
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", facecolor="none", metadata={"Date": None, "Creator": None})

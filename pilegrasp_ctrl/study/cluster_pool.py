@@ -11,7 +11,7 @@ from typing import Any, Self
 from ..exceptions import ConfigurationError
 
 CONNECT_TIMEOUT = 10.0
-"""How long the scheduler may take to answer at first [s] (chosen)."""
+"""How long the scheduler may take to answer the connection [s] (chosen)."""
 COUNT_PERIOD = 2.0
 """How often the workers are counted [s] (chosen); they may come and go."""
 ITEMS_PER_WORKER = 2

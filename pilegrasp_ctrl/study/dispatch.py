@@ -1,4 +1,4 @@
-"""Hands work items to a pool and yields results: the same for this process, worker processes and a cluster."""
+"""Hands work items to a pool and yields results, for this process, worker processes and a cluster alike."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class InlinePool:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End without anything to release."""
+        """Do nothing; this pool holds no workers."""
 
     def width(self) -> int:
         """Return 1: the process does one thing at a time."""
@@ -80,7 +80,7 @@ def dispatch(
 
     Raises:
         SimulationError: The scheduler of a cluster was lost.
-        PilegraspError: The function raised. No other work item would fare better, so the dispatch ends.
+        PilegraspError: The function raised. Every other work item would fail too, so the dispatch ends.
     """
     waiting = deque((item, 0) for item in work_items)
     running: dict[Future[Result], tuple[Item, int]] = {}
@@ -96,7 +96,7 @@ def dispatch(
             item, deaths = running.pop(future)
             if future.cancelled():
                 raise SimulationError(
-                    "the scheduler was lost; finished work is kept, and the same command does the rest"
+                    "the scheduler was lost; finished work is kept; run the same command again for the rest"
                 )
             error = future.exception()
             if error is None:

@@ -1,4 +1,4 @@
-"""What a result depends on beside its scenario: versions, code, and files of robots and objects."""
+"""The origins of a result, beside its scenario: versions, code, and files of robots and objects."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from ..config import Scenario
@@ -15,13 +16,13 @@ from ..robots import path as robot_file
 from ..scenarios import object_digests, object_files
 
 SOLVERS = {"osqp": "osqp", "proxqp": "proxsuite", "quadprog": "quadprog"}
-"""Packages of those solvers that not every attempt uses."""
+"""Package of each solver that only some attempts use."""
 
 
 def origins_of(scenarios: Iterable[Scenario], measure: str | None = None) -> dict[str, str]:
-    """Return everything that ships and that the scenarios' results depend on: a version or digest by name.
+    """Return the version or digest of everything in this installation that the scenarios' results depend on, by name.
 
-    What a scenario says and the files of the user count in its `config_hash`.
+    The scenario's own values and the files of the user are part of its `config_hash`.
 
     Raises:
         ConfigurationError: A file cannot be read, or the module of `measure` cannot be found.
@@ -30,13 +31,13 @@ def origins_of(scenarios: Iterable[Scenario], measure: str | None = None) -> dic
     found = versions() | {"the simulation's code": code_digest()}
     found["measure"] = measure or "none"
     if measure is not None:
-        found["the measure's code"] = _measure(measure)
+        found["the measure's code"] = _measure_digest(measure)
     shipped = object_files()
     for scenario in scenarios:
         for folder in ((scenario.robot,), ("hands", scenario.hand)):
-            found["/".join(("robots", *folder))] = _folder(robot_file(*folder))
+            found["/".join(("robots", *folder))] = _folder_digest(robot_file(*folder))
         if scenario.pile.count and scenario.pile.object in shipped:
-            found[f"objects/{scenario.pile.object}"] = _object(shipped[scenario.pile.object])
+            found[f"objects/{scenario.pile.object}"] = _object_digest(shipped[scenario.pile.object])
         if package := SOLVERS.get(scenario.controller.solver):
             found[package] = version_of(package)
         if scenario.controller.compiled:
@@ -45,10 +46,10 @@ def origins_of(scenarios: Iterable[Scenario], measure: str | None = None) -> dic
 
 
 def compare(known: Mapping[str, str], asked: Mapping[str, str], where: str, remedy: str) -> None:
-    """Refuse origins that differ; a name that is only in one of the two is no difference.
+    """Refuse origins that differ; a name that only one of the two has does not count.
 
     Raises:
-        ConfigurationError: An identity differs; the sentence gives the first such name, and the remedy.
+        ConfigurationError: An identity differs; the error gives the first such name and the remedy.
     """
     for name, identity in asked.items():
         if known.get(name, identity) != identity:
@@ -78,7 +79,7 @@ _checked: set[tuple[str, str | None, str]] = set()
 
 
 def check_origins(planned: Mapping[str, str], scenario: Scenario, measure: str | None) -> None:
-    """Refuse an attempt whose origins in this process differ from the planned ones; done once for each configuration.
+    """Refuse an attempt whose origins in this process differ from the planned ones; each configuration is checked once.
 
     Raises:
         ConfigurationError: An origin differs.
@@ -94,26 +95,35 @@ def _is_digest(identity: str) -> bool:
     return identity.startswith("sha256:")
 
 
-def _folder(folder: Path) -> str:
-    """Return a digest of the files of a robot or hand, without README and Python files, which decide nothing."""
+def _folder_digest(folder: Path) -> str:
+    """Return a digest of a robot's or hand's files; README and Python files are left out, as no result uses them."""
     files = sorted(file for file in folder.rglob("*") if file.is_file() and file.suffix not in (".md", ".py", ".pyc"))
     return digest((str(file.relative_to(folder)), file.read_bytes()) for file in files)
 
 
-def _object(file: Path) -> str:
-    return digest(("", digest.encode()) for digest in object_digests(file))
+def _object_digest(file: Path) -> str:
+    return digest(("", part.encode()) for part in object_digests(file))
 
 
-def _measure(name: str) -> str:
-    """Return a digest of the measure's module and of the other modules of its package, which it may use."""
-    module = name.rpartition(".")[0]
+def measure_module(name: str) -> ModuleType:
+    """Return the module of a measure with the dotted name `package.module.function`.
+
+    Raises:
+        ConfigurationError: The module cannot be imported.
+    """
     try:
-        file = import_module(module).__file__
+        return import_module(name.rpartition(".")[0])
     except (ImportError, ValueError) as error:
         raise ConfigurationError(
             f"measure = {name!r} cannot be imported ({error}); give package.module.function"
         ) from None
+
+
+def _measure_digest(name: str) -> str:
+    """Return a digest of the measure's module and of the other modules of its package, which it may use."""
+    file = measure_module(name).__file__
     if file is None:
         return "none"
-    files = sorted(Path(file).parent.rglob("*.py")) if "." in module else [Path(file)]
+    in_package = "." in name.rpartition(".")[0]
+    files = sorted(Path(file).parent.rglob("*.py")) if in_package else [Path(file)]
     return digest((other.name, other.read_bytes()) for other in files)

@@ -17,7 +17,7 @@ from ..viewer.index_rows import AttemptRow, read_scenario
 from ..viewer.stills import thumbnails
 
 Progress = Callable[[int, int], None]
-"""A function that is told how many files are done, of how many."""
+"""A callback that gets the number of finished files and the number of all files."""
 
 
 def record_attempts(folder: Path, rows: Sequence[AttemptRow], number: int, progress: Progress) -> int:
@@ -26,12 +26,11 @@ def record_attempts(folder: Path, rows: Sequence[AttemptRow], number: int, progr
     Args:
         folder: Folder of the study.
         rows: Attempts of the study.
-        number: Number of successes, and of failures, of each condition that have a recording in the end.
-        progress: Function that is called after each attempt.
+        number: Number of successes and of failures of each condition that have a recording at the end.
+        progress: Callback after each attempt.
 
     Raises:
-        ExportError: An attempt comes out differently, because another version made the study, or a file cannot be
-            written.
+        ExportError: An attempt has another result, because another version made the study, or a file cannot be written.
     """
     from .. import episode  # Pages alone load no engine.
 
@@ -51,8 +50,8 @@ def record_attempts(folder: Path, rows: Sequence[AttemptRow], number: int, progr
         result = episode.run(scenario, seed=row.seed, record=True)
         if (result.success, result.grasped) != (row.success, row.grasped) or result.recording is None:
             raise ExportError(
-                f"{folder}: seed {row.seed} of {row.config_hash} comes out differently now, so the study "
-                "was made by another version; sweep again, or leave out --recordings"
+                f"{folder}: seed {row.seed} of {row.config_hash} has another result now, so another version made the "
+                "study; sweep again, or leave out --recordings"
             )
         annotate(result.recording).save(place / f"{row.stem}.npz")
         progress(index + 1, len(chosen))

@@ -1,4 +1,4 @@
-"""Runs the attempts that a study misses, on workers of this machine or of a cluster, into its store."""
+"""Runs the missing attempts of a study on workers of this machine or of a cluster, and stores the results."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Record = Literal["none", "failures", "first", "all"]
 
 @dataclass(frozen=True, slots=True)
 class StudyProgress:
-    """How many attempts are done, and with what success.
+    """The progress of a study.
 
     Attributes:
         total: Number of attempts that were asked for.
@@ -59,7 +59,7 @@ class StudyProgress:
 
 
 Progress = Callable[[StudyProgress], None]
-"""A function that is told how far a study is."""
+"""A callback that gets the progress of a study."""
 
 
 def run_study(
@@ -82,13 +82,13 @@ def run_study(
         attempts: Conditions and seeds.
         folder: Folder of the study; made if it is missing.
         jobs: Number of worker processes on this machine.
-        scheduler: Address of a dask scheduler, whose workers are then used instead.
-        record: Which of the attempts that are run leave a recording: none, those without success, the first seed of
-            each condition in `attempts`, or all.
+        scheduler: Address of a dask scheduler; its workers are used instead of processes on this machine.
+        record: Attempts of this run that leave a recording: none, those without success, the first seed of each
+            condition in `attempts`, or all.
         measure: Dotted name of a function `f(recording) -> mapping of JSON values`, whose result becomes
             `result["measures"]`; workers import it.
         configuration: JSON values that identify the study; a folder that holds other values is refused.
-        progress: Function that is called at the beginning and whenever attempts have finished.
+        progress: Callback at the beginning and whenever attempts have finished.
 
     Raises:
         PilegraspError: A scenario cannot be used, the store was made by another version or for another study, or the
@@ -137,7 +137,7 @@ def run_study(
 
 
 def check_conditions(conditions: Sequence[Condition]) -> None:
-    """Refuse scenarios that cannot run, before anything runs.
+    """Refuse scenarios that cannot run, before the first attempt starts.
 
     Raises:
         ConfigurationError: At least one scenario cannot run; one sentence names every reason.

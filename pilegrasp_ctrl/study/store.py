@@ -1,4 +1,4 @@
-"""The store of a study: one SQLite file with the attempts, their scenarios, and what their results depend on."""
+"""The store of a study: one SQLite file with the attempts, their scenarios and the origins of their results."""
 
 from __future__ import annotations
 
@@ -129,12 +129,12 @@ class StudyStore:
             connection.execute("INSERT INTO about VALUES ('format', ?)", (FORMAT,))
 
     def about(self, key: str) -> str | None:
-        """Return the value that is noted under a key, or None."""
+        """Return the value of a key of the table `about`, or None."""
         row = self._connection.execute("SELECT value FROM about WHERE key = ?", (key,)).fetchone()
         return None if row is None else str(row[0])
 
     def origins(self) -> dict[str, str]:
-        """Return what the results depend on: a version or digest by name."""
+        """Return the version or digest of everything that the results depend on, by name."""
         with self._explained():
             return dict(self._connection.execute("SELECT name, identity FROM origins"))
 
@@ -144,7 +144,7 @@ class StudyStore:
         origins: Mapping[str, str],
         configuration: Mapping[str, Any] | None = None,
     ) -> None:
-        """Note what is going to run, or refuse it.
+        """Note the conditions and origins of the attempts that are going to run, or refuse them.
 
         Args:
             conditions: Conditions whose scenarios are kept, so that each attempt can be run again.
@@ -155,7 +155,7 @@ class StudyStore:
             ConfigurationError: The study was made with other origins or another configuration.
             ExportError: The file cannot be written.
         """
-        remedy = "choose another folder, or go back to what the study was made with"
+        remedy = "choose another folder, or go back to the versions and files that made the study"
         compare(self.origins(), origins, str(self.path), remedy)
         asked = None if configuration is None else json.dumps(configuration, sort_keys=True)
         known = self.about("configuration")
@@ -197,10 +197,10 @@ class StudyStore:
             connection.executemany("INSERT OR REPLACE INTO costs VALUES (?, ?, ?, ?, ?)", costs)
 
     def attempts(self, asked: Sequence[Attempt] | None = None) -> list[AttemptRow]:
-        """Return the rows of the attempts that are asked for, in their order, without those that are missing.
+        """Return the rows of the given attempts that exist, in the order of the attempts.
 
-        Without an argument it returns all rows, in the order in which their conditions were first asked for and then by
-        seed.
+        Without an argument it returns all rows, sorted by condition, in the order in which the conditions were first
+        asked for, and then by seed.
 
         Raises:
             ExportError: The file cannot be read.

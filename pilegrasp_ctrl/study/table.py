@@ -15,7 +15,7 @@ from .attempt import AttemptRow
 from .store import StudyStore
 
 TABLES = (".csv", ".parquet")
-"""Suffixes of the tables that a study can be written to."""
+"""Suffixes of the table files that a study can be written to."""
 _FIRST = ("scenario", "config_hash", "seed")
 _LAST = ("success", "grasped", "triggered", "reason", "error", "processor_time")
 
@@ -132,12 +132,12 @@ def _parquet(lines: list[dict[str, Any]]) -> bytes:
 
 
 def _array(values: list[Any]) -> Any:
-    """Return a column of one type: integers beside decimals become decimals; any other mixture becomes text."""
+    """Return a column of one type: integers and floats together become floats, any other mixture becomes text."""
     import pyarrow
 
-    kinds = {type(value) for value in values} - {type(None)}
-    if kinds == {int, float}:
+    types = {type(value) for value in values} - {type(None)}
+    if types == {int, float}:
         values = [value if value is None else float(value) for value in values]
-    elif len(kinds) > 1:
+    elif len(types) > 1:
         values = [value if value is None else str(value) for value in values]
-    return pyarrow.array(values, None if kinds else pyarrow.string())
+    return pyarrow.array(values, None if types else pyarrow.string())

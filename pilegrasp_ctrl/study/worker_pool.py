@@ -1,4 +1,4 @@
-"""Worker processes on this machine, one pool for each, so that a worker that dies takes no other with it."""
+"""Worker processes on this machine, each with a separate executor, so that a dying worker leaves the others alive."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from typing import Any, Self
 from ..exceptions import SimulationError
 
 MAX_FAILED_STARTS = 3
-"""How many workers in a row may end before they are ready (chosen). After that, something is wrong with all of them."""
+"""How many workers in a row may end before they are ready (chosen). After that, no worker is expected to start."""
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
 class WorkerPool:
     """`jobs` processes, each started when it is first needed and again after it died.
 
-    A `ProcessPoolExecutor` breaks as a whole when one of its workers dies; here each worker has an executor for itself.
+    A `ProcessPoolExecutor` breaks as a whole when one of its workers dies; here each worker has a separate executor.
     Use the pool as a context: an error or an interrupt inside it ends the workers at once.
     """
 
@@ -73,8 +73,8 @@ class WorkerPool:
         """
         if self._failed_starts >= MAX_FAILED_STARTS:
             raise SimulationError(
-                "the worker processes end before they begin; a script that sweeps needs its call below "
-                'if __name__ == "__main__", and each worker about 300 MB of memory'
+                'the worker processes end before they start; in a script, put the call below if __name__ == "__main__"'
+                ", and leave about 300 MB of memory for each worker"
             )
         return isinstance(error, BrokenProcessPool | MemoryError)
 
@@ -118,7 +118,7 @@ class _Worker:
 
 @contextmanager
 def _interrupts_blocked() -> Iterator[None]:
-    """Block Ctrl-C in processes that are started meanwhile: a terminal sends it to all, and only the parent answers."""
+    """Block Ctrl-C in processes started inside: a terminal sends it to all processes; only the parent handles it."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -127,7 +127,7 @@ def _interrupts_blocked() -> Iterator[None]:
 
 
 def _answer() -> None:
-    """Do nothing; the result tells that the process has started."""
+    """Do nothing; a result means that the process has started."""
 
 
 def _end_with_the_parent() -> None:

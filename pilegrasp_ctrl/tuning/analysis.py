@@ -24,13 +24,14 @@ from .stability_margin import LARGEST_STEP, Margin, find_margin, make_controller
 from .store import TrialRecord, TuningStore
 from .trial import TrialWork, resting_arm, run_trials, trial_pool
 
-AXES = ("x", "y", "z", "about x", "about y", "about z")
+AXIS_NAMES = ("x", "y", "z", "about x", "about y", "about z")
+"""Names of the six axes of a step response: along, then about, the axes of the world."""
 LATE = (0, 1)
 """Control periods by which the torque is late in the margins: as simulated, and one period later."""
 SWEEP = tuple(2.0 ** (power / 2.0) for power in range(-4, 5))
-"""Factors on one gain at a time (chosen): a quarter to four times, in steps of the square root of two."""
+"""Factors on one gain at a time (chosen): 1/4 to 4, in steps of the square root of two."""
 MIN_TRIALS = 10
-"""Number of completed trials below which nothing is said about which gain matters (chosen)."""
+"""Smallest number of completed trials from which the importance of each gain is computed (chosen)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,7 +92,7 @@ class Explanation:
 
 
 def explain(search: Search, store: TuningStore, jobs: int = 1, progress: Progress | None = None) -> Explanation:
-    """Return the analysis of a finished search; what an earlier run computed is taken from the store.
+    """Return the analysis of a finished search; results of an earlier run are read from the store.
 
     Raises:
         ConfigurationError: No trial was completed.
@@ -103,15 +104,16 @@ def explain(search: Search, store: TuningStore, jobs: int = 1, progress: Progres
         raise ConfigurationError(f"none of the {len(records)} trials was completed; the first: {reason}")
     if progress is not None:
         progress("stability margins", 0, 1, None)
-    start = _look_at(search, store, records[0])
-    chosen = start if best.number == records[0].number else _look_at(search, store, best)
+    start = _contender(search, store, records[0])
+    chosen = start if best.number == records[0].number else _contender(search, store, best)
     known = sum(record.report.measured is not None for record in records) >= MIN_TRIALS
     sweeps = _sweeps(search, store, best, jobs, progress) if known else {}
     importance = _importance(store.study) if known else {}
     return Explanation(search, records, pareto_front(records), rule, start, chosen, importance, sweeps)
 
 
-def _look_at(search: Search, store: TuningStore, record: TrialRecord) -> Contender:
+def _contender(search: Search, store: TuningStore, record: TrialRecord) -> Contender:
+    """Return margins and step responses of a trial; known margins are read from the store."""
     gains = load_gains(search.gains_file(record.number))
     arm, q = resting_arm(search.scenario, search.seeds[0])
     rate, solver = search.scenario.controller.rate, search.scenario.controller.solver
@@ -181,6 +183,7 @@ def _importance(study: optuna.Study) -> dict[str, float]:
         )
 
 
-def _key(what: str, gains: Gains, late: int) -> str:
+def _key(kind: str, gains: Gains, late: int) -> str:
+    """Return the key under which the store notes a margin or a sweep point of these gains."""
     text = json.dumps(gains_table(gains), sort_keys=True)
-    return f"{what} {late} {hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    return f"{kind} {late} {hashlib.sha256(text.encode()).hexdigest()[:16]}"

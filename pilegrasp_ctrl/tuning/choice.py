@@ -13,10 +13,10 @@ RULE = (
     f"of the trials that do not ring at {REQUIRED_MARGIN:g} times their stiffness, the one with the smallest product "
     "of tracking², activity and, where a force ends the push, the largest force"
 )
-"""Rule of the choice. A product needs no scales: a tenth off one factor is worth as much as a tenth off another. The
+"""Rule of the choice. A product needs no scales: 10 % less of one factor counts as much as 10 % less of another. The
 smallest product always lies on the Pareto front. Tracking counts twice, because it is the purpose of the gains."""
 NO_MARGIN = (
-    f"every trial rings at {REQUIRED_MARGIN:g} times its stiffness; the one that rings least is shown, do not use it"
+    f"every trial rings at {REQUIRED_MARGIN:g} times its stiffness; the trial that rings least is shown; do not use it"
 )
 """Sentence in place of the rule if no trial keeps its margin."""
 

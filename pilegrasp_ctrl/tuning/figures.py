@@ -11,16 +11,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..study.charts import figure_style, page_colours, svg_element
-from .analysis import AXES, Contender, Explanation, SweepPoint
-from .objectives import Measured, objective_names
+from .analysis import AXIS_NAMES, Contender, Explanation, SweepPoint
+from .objectives import MEASURE_NAMES, UNITS, Measured, objective_names
 from .stability_margin import MAX_RINGING
 from .store import TrialRecord
 
-COLOURS = page_colours("ink", "soft", "rule", "paper", "start", "best", "front", "bad")
-INK, SOFT, RULE, PAPER, START, BEST, FRONT, BAD = COLOURS.values()
-WIDE, SMALL = (4.4, 3.1), (3.0, 2.1)
-"""Width and height of a panel [in] (chosen)."""
-LABELS = {"tracking": "tracking error [mm]", "activity": "torque activity [%]", "overshoot": "force beyond F_grasp [N]"}
+COLOURS = page_colours("ink", "soft", "rule", "start", "best", "front", "bad")
+"""Placeholder colour of each name; the style sheet of `page.html` defines the colours themselves."""
+INK, SOFT, RULE, START, BEST, FRONT, BAD = COLOURS.values()
+"""The same colours one by one: text, axis labels, grid, start, best, Pareto front, and ringing or failed trials."""
+WIDE = (4.4, 3.1)
+"""Width and height of a panel that shows all trials [in] (chosen)."""
+SMALL = (3.0, 2.1)
+"""Width and height of a panel for one axis or one gain [in] (chosen)."""
+LABELS = {name: f"{MEASURE_NAMES[name]} [{UNITS[name]}]" for name in ("tracking", "activity", "overshoot")}
+"""Axis label of each objective."""
 
 _KINDS = ((False, "x", BAD, "rings too early"), (True, "o", SOFT, "keeps the margin"))
 """Marker, colour and label of trials that are not feasible, and of those that are."""
@@ -28,7 +33,7 @@ _KINDS = ((False, "x", BAD, "rings too early"), (True, "o", SOFT, "keeps the mar
 
 @figure_style(INK, SOFT, RULE)
 def trade_off(explanation: Explanation, x: str) -> str:
-    """Return the plane of tracking and another objective with all trials, the front, the start and the best."""
+    """Return a plot of tracking over another objective, with all trials, the front, the start and the best."""
     figure, axes = _panel(WIDE)
     rows = [record for record in explanation.records if record.report.measured is not None]
     for kept, marker, colour, label in _KINDS:
@@ -90,10 +95,10 @@ def step_panel(explanation: Explanation, axis: int) -> str:
         if response is not None:
             covered = 1.0 - response.error[:, axis] / response.step[axis]
             axes.plot(1e3 * response.time, covered, style, color=colour, label=label)
-    axes.set(title=AXES[axis], xlabel="time [ms]", xlim=(0.0, 1e3 * _moving(explanation)), ylim=(-0.1, 1.6))
+    axes.set(title=AXIS_NAMES[axis], xlabel="time [ms]", xlim=(0.0, 1e3 * _moving(explanation)), ylim=(-0.1, 1.6))
     axes.grid(axis="y")
     axes.legend(loc="lower right")
-    return svg_element(figure, f"step response, {AXES[axis]}", COLOURS)
+    return svg_element(figure, f"step response, {AXIS_NAMES[axis]}", COLOURS)
 
 
 @figure_style(INK, SOFT, RULE)
@@ -116,7 +121,7 @@ def margin_panel(explanation: Explanation) -> str:
 
 @figure_style(INK, SOFT, RULE)
 def sweep_panel(explanation: Explanation, name: str) -> str:
-    """Return how the objectives change with one gain, in multiples of the best's."""
+    """Return the objectives over one gain, in multiples of their values at the best."""
     figure, axes = _panel(SMALL)
     points = explanation.sweeps[name]
     known = [point for point in points if point.measured is not None]
@@ -192,11 +197,11 @@ def _plain_ticks(axes: Axes) -> None:
 
 
 def _subs(side: Any) -> tuple[float, ...]:
-    """Return the digits at which there are ticks; an axis that spans little has more of them."""
+    """Return the digits that get a tick; an axis with a small range has more of them."""
     low, high = side.get_view_interval()
     return (1.0, 2.0, 5.0) if high / low > 8.0 else (1.0, 1.2, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
 
 
-def contender_responses(contender: Contender) -> int:
-    """Return how many of the six responses were bent by a limit or diverged."""
+def count_limited_responses(contender: Contender) -> int:
+    """Return how many of the six responses a limit of torque or speed changed, or diverged."""
     return sum(response is None or bool(response.active_limits) for response in contender.responses)

@@ -1,4 +1,4 @@
-"""The gains that a search may try: bounds with a physical reason, and the file of gains that numbers become."""
+"""The gains that a search may try: bounds with a physical reason, and the text of a file of gains."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ..exceptions import ConfigurationError
 from ..tasks.gains import Impedance, MotionGains
 
 Gains = MotionGains | Impedance
+"""Gains of an operational-space or of an impedance controller."""
 
 AXES = {"translation": slice(0, 3), "rotation": slice(3, 6)}
 """Axes of the stiffness that each number of a search scales."""
@@ -21,8 +22,8 @@ MIN_FREQUENCY = 5.0
 MAX_PHASE = 0.2
 """Largest natural frequency times the control period [rad] (chosen): ten ticks for 63 % of a critically damped step."""
 IMPEDANCE_BOUNDS = {"translation": (100.0, 10000.0), "rotation": (5.0, 500.0)}
-"""Bounds of an impedance [N/m, N·m/rad]. The softest spring gives way by 10 mm to 1 N; the stiffest presses with 200 N,
-the largest F_grasp, at 2 cm. The rotation has the same springs on a lever of about 0.2 m, from hand to fingertips."""
+"""Bounds of an impedance [N/m, N·m/rad]. The softest spring yields 10 mm under 1 N; the stiffest presses with 200 N,
+the largest F_grasp, at 20 mm. The rotation has the same springs on a lever of about 0.2 m, from hand to fingertips."""
 DAMPING_BOUNDS = (0.3, 2.0)
 """Bounds of the damping ratio (chosen): from an overshoot of 37 % to a decay four times slower than critical."""
 

@@ -22,11 +22,24 @@ FREE = ("line", "approach")
 AFTER_TRIGGER = 0.1
 """How long the force is watched after it has ended the push [s] (chosen)."""
 MIN_SCORED = 1e-9
-"""Smallest value of which a logarithm is taken, so that 0 has a score (chosen)."""
+"""Smallest value whose logarithm is taken, so that 0 has a finite score (chosen)."""
+
+
+MEASURE_NAMES = {
+    "tracking": "tracking error",
+    "activity": "torque activity",
+    "overshoot": "force beyond F_grasp",
+    "position": "position error",
+    "rotation": "rotation error",
+    "share": "torque",
+}
+"""Name of each attribute of `Measured` on the page."""
+UNITS = {"tracking": "mm", "activity": "%", "overshoot": "N", "position": "mm", "rotation": "mrad", "share": "%"}
+"""Unit of each attribute of `Measured`; percentages are of the torque limit."""
 
 
 class UnfinishedError(PilegraspError):
-    """An attempt that was not completed, so that nothing can be measured."""
+    """An attempt was not completed, so nothing can be measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +70,8 @@ class Measured:
     def scores(self, grasp_force: float) -> tuple[float, ...]:
         """Return the logarithms of tracking, activity and, with a push, its largest force.
 
-        With logarithms the sampler values a tenth off one objective as much as a tenth off another. With millimetres
-        and percent it would study the objective with the larger spread of numbers.
+        With logarithms, 10 % less of one objective counts for the sampler as much as 10 % less of another. With
+        millimetres and percent it would favour the objective with the larger spread of numbers.
 
         Args:
             grasp_force: Force threshold F_grasp, from which the overshoot counts [N].

@@ -10,22 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from .analysis import AXES, SWEEP, Contender, Explanation
-from .figures import contender_responses, history, margin_panel, step_panel, sweep_panel, trade_off
-from .objectives import LEVER, Measured, objective_names
+from .analysis import AXIS_NAMES, SWEEP, Contender, Explanation
+from .figures import count_limited_responses, history, margin_panel, step_panel, sweep_panel, trade_off
+from .objectives import LEVER, MEASURE_NAMES, UNITS, Measured, objective_names
 from .stability_margin import LARGEST_STEP, OVERSHOOT, SWING, Margin
 from .store import TrialRecord
 from .trial import REQUIRED_MARGIN
 
 _TEMPLATE = Path(__file__).with_name("page.html")
-_NAMES = {
-    "tracking": ("tracking error", "mm"),
-    "activity": ("torque activity", "%"),
-    "overshoot": ("force beyond F_grasp", "N"),
-    "position": ("position error", "mm"),
-    "rotation": ("rotation error", "mrad"),
-    "share": ("torque", "% of limit"),
-}
 
 
 def page(explanation: Explanation, document: Mapping[str, Any], command: str) -> str:
@@ -48,7 +40,7 @@ def page(explanation: Explanation, document: Mapping[str, Any], command: str) ->
         gains=_gains_rows(explanation),
         trade_off="".join(map(_figure, panels)),
         history=_figure(history(explanation)),
-        steps="".join(_figure(step_panel(explanation, axis)) for axis in range(len(AXES))),
+        steps="".join(_figure(step_panel(explanation, axis)) for axis in range(len(AXIS_NAMES))),
         step_note=escape(_step_note(explanation)),
         margin=_figure(margin_panel(explanation)),
         margins=_margin_rows(explanation),
@@ -83,7 +75,7 @@ def number(value: float) -> str:
 def _verdict(document: Mapping[str, Any], start: Contender) -> str:
     improvement = document["improvement"].get("tracking")
     if improvement is None:
-        return "The start could not be measured, so there is nothing to compare the best with."
+        return "The start could not be measured, so the best cannot be compared with it."
     if document["best"]["trial"] == 0:
         return "Nothing better than the start was found."
     factor = number(improvement) if improvement >= 1.0 else number(1.0 / improvement)
@@ -102,16 +94,16 @@ def _figure(svg: str) -> str:
 def _tiles(explanation: Explanation, names: tuple[str, ...]) -> str:
     start, best = (contender.record.report.measured for contender in (explanation.start, explanation.best))
     tiles = [
-        _tile(*_NAMES[name], *(None if part is None else getattr(part, name) for part in (start, best)))
+        _tile(name, *(None if part is None else getattr(part, name) for part in (start, best)))
         for name in (*names, "position", "rotation")
     ]
     return "".join(tiles) + _margin_tile(explanation)
 
 
-def _tile(name: str, unit: str, start: float | None, best: float | None) -> str:
+def _tile(measure: str, start: float | None, best: float | None) -> str:
     shown = [("–" if value is None else number(value)) for value in (start, best)]
     return (
-        f'<div class="tile"><b>{escape(name)} <small>[{escape(unit)}]</small></b>'
+        f'<div class="tile"><b>{escape(MEASURE_NAMES[measure])} <small>[{escape(UNITS[measure])}]</small></b>'
         f'<p><span class="start">{shown[0]}</span> → <span class="best">{shown[1]}</span></p></div>'
     )
 
@@ -161,10 +153,10 @@ def _periods(late: int) -> str:
 def _step_note(explanation: Explanation) -> str:
     text = (
         f"The reference jumps by {1e3 * LARGEST_STEP[0]:g} mm or {1e3 * LARGEST_STEP[1]:g} mrad, one axis at a time. "
-        "1 is where it should arrive; where a response stops short of it, joint friction holds the arm."
+        "A response should arrive at 1; joint friction holds an arm whose response stops short of it."
     )
     for name, part in (("start", explanation.start), ("best", explanation.best)):
-        if count := contender_responses(part):
+        if count := count_limited_responses(part):
             text += f" A limit of torque or speed bent {count} of the six responses of the {name}."
     return text
 
@@ -182,7 +174,7 @@ def _importance(explanation: Explanation) -> str:
 
 def _columns(explanation: Explanation) -> list[str]:
     gains = [name.replace("_", " ") for name in explanation.search.space.bounds]
-    measures = [f"{_NAMES[name][0]} [{_NAMES[name][1]}]" for name in objective_names(explanation.search.scenario)]
+    measures = [f"{MEASURE_NAMES[name]} [{UNITS[name]}]" for name in objective_names(explanation.search.scenario)]
     return ["trial", *gains, *measures]
 
 

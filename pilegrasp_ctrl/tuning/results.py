@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-from pathlib import Path
 from typing import Any
 
 from ..files import write_output
@@ -12,12 +11,10 @@ from ..provenance import versions
 from ..tasks.gains import load_gains
 from .analysis import Contender, Explanation
 from .gain_space import gains_table, gains_text
-from .objectives import objective_names
+from .objectives import UNITS, objective_names
 from .page import page
 from .search import Search
 from .stability_margin import Margin
-
-UNITS = {"tracking": "mm", "activity": "%", "overshoot": "N", "position": "mm", "rotation": "mrad", "share": "%"}
 
 
 def write_results(explanation: Explanation, command: str) -> dict[str, Any]:
@@ -139,14 +136,10 @@ def _contender(contender: Contender, search: Search) -> dict[str, Any]:
         "trial": contender.record.number,
         "measured": None if report.measured is None else report.measured.as_dict(),
         "reason": report.reason,
-        "gains": gains_table(load_gains(_file(search, contender))),
+        "gains": gains_table(load_gains(search.gains_file(contender.record.number))),
         "margin": _margin(contender.margins[search.late]),
         "margin_by_periods_late": {str(late): _margin(margin) for late, margin in contender.margins.items()},
     }
-
-
-def _file(search: Search, contender: Contender) -> Path:
-    return search.gains_file(contender.record.number)
 
 
 def _margin(margin: Margin) -> dict[str, Any]:

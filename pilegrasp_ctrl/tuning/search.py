@@ -16,6 +16,7 @@ from ..files import locked, make_folder, write_output
 from ..provenance import versions
 from ..robots import path as robot_file
 from ..sim.hand import Hand
+from ..study import FIRST_JUDGING_SEED
 from ..tasks.gains import MotionGains, load_gains
 from .choice import choose
 from .gain_space import Gains, GainSpace, gains_table, gains_text
@@ -23,16 +24,13 @@ from .objectives import Measured, objective_names
 from .store import BATCH, SAMPLER_SEED, SPREAD, TrialRecord, TuningStore
 from .trial import REQUIRED_MARGIN, TrialReport, TrialWork, resting_arm, run_trial, run_trials, trial_pool
 
-FIRST_JUDGING_SEED = 10000
-"""First seed that is kept for judging; gains are tuned on smaller ones (chosen)."""
-
 Progress = Callable[[str, int, int, float | None], None]
-"""A function that is told what runs, how much of it is done, how much there is, and the best tracking so far [mm]."""
+"""A callback that gets the running part's name, its finished and total steps, and the best tracking so far [mm]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Search:
-    """The task of a search; together with the versions of the packages it fixes every result.
+    """The definition of a search; together with the versions of the packages it fixes every result.
 
     Attributes:
         scenario: Scenario with `controller.kind` set, and no file of gains.
@@ -54,7 +52,7 @@ class Search:
         return str(self.scenario.controller.kind)
 
     def configuration(self) -> dict[str, Any]:
-        """Return everything that the results depend on, as JSON values."""
+        """Return the definition and the versions on which every result depends, as JSON values."""
         return {
             "scenario": self.scenario.model_dump(mode="json", exclude={"summary", "tags"}),
             "seeds": list(self.seeds),
@@ -92,7 +90,7 @@ def plan_search(
     Args:
         scenario: Scenario to tune for; its controller and its file of gains count.
         out: Folder to write to.
-        start: File of gains to begin with; the scenario's, or else the gains that ship, if absent.
+        start: File of the start gains; if absent, the scenario's file, or else the gains that ship with the robot.
         seeds: Seeds of the attempts.
         late: Control periods by which the torque is late when the ringing is measured.
 
@@ -127,7 +125,7 @@ def check_seeds(seeds: tuple[int, ...]) -> None:
         ConfigurationError: There is no seed, one is negative, or one is at least `FIRST_JUDGING_SEED`.
     """
     if not seeds or min(seeds) < 0:
-        raise ConfigurationError("--seeds takes FIRST:LAST, the last one left out, such as 0:3 for three attempts")
+        raise ConfigurationError("--seeds takes FIRST:LAST without the last one, such as 0:3 for three attempts")
     if max(seeds) >= FIRST_JUDGING_SEED:
         raise ConfigurationError(
             f"seed {max(seeds)} is kept for judging the result; tune on seeds below {FIRST_JUDGING_SEED}, such as "
@@ -150,8 +148,8 @@ def run_search(
         search: Search to run.
         trials: Number of trials in the end, including the start and the failed ones.
         jobs: Number of processes; the results do not depend on it.
-        progress: Function that is called after every trial.
-        function: Function that runs a trial; another one only in tests.
+        progress: Callback after every trial.
+        function: Function that runs a trial; tests replace it.
 
     Raises:
         ConfigurationError: A number is out of range, or the folder holds another search.

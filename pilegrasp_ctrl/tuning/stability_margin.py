@@ -1,4 +1,4 @@
-"""How much stiffer the gains could be before the closed loop rings."""
+"""The stability margin: the factor by which the stiffness can grow before the closed loop rings."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from .gain_space import scaled
 
 SWING = 0.02
 """Peak-to-peak swing of a torque in the last quarter of the response that counts as ringing, as a share of its limit
-(chosen). A loop at rest swings by less than 2e-3; one past its limit by 2, from one end of its range to the other."""
+(chosen). A loop at rest swings by less than 2e-3; an unstable loop by 2, from one end of its range to the other."""
 OVERSHOOT = 0.25
 """Overshoot that counts as ringing, as a share of the step (chosen): a damping ratio below 0.4 if all axes have one
 frequency."""
 LARGEST_STEP = (0.005, 0.05)
-"""Largest step along each axis [m, rad] (chosen). All axes step at once, so that no mode is left out. The step is
-smaller if the gains would answer with more than the following values, so that no limit bends the response."""
+"""Largest step along each axis [m, rad] (chosen). All axes step at once, so that every mode is excited. The step is
+smaller if the gains would answer with more than the following values, so that no limit changes the response."""
 LARGEST_ACCELERATION = (5.0, 25.0)
 """Largest acceleration that answers a step with motion gains [m/s², rad/s²] (chosen)."""
 LARGEST_FORCE = (10.0, 0.5)
@@ -42,7 +42,7 @@ RESOLUTION = 1.05
 """Ratio of the two factors at which the bisection ends (chosen)."""
 
 Probe = Callable[[float], float]
-"""A function from a factor on the stiffness to the ringing at it; 1 and more rings."""
+"""A function from a factor on the stiffness to the ringing; 1 and more rings."""
 
 
 @dataclass(frozen=True, slots=True)

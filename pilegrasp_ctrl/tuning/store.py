@@ -1,4 +1,4 @@
-"""The search's memory: one SQLite file that knows what was asked, what was tried, and what came of it."""
+"""The store of a search: one SQLite file with its definition, the trials and their reports."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ on the number of workers nor on their speed."""
 SPREAD = 12
 """Number of trials that cover the space evenly before the sampler proposes, including the start (chosen)."""
 FAILED = 100.0
-"""Violation of the constraint that the sampler is told for a trial that was not completed (chosen)."""
+"""Violation of the constraint that the sampler gets for a trial that was not completed (chosen)."""
 
 _SEARCH, _NOTES = "search", "sensitivity"
 
@@ -176,7 +176,7 @@ class TuningStore:
         return self._notes.user_attrs.get(key)
 
     def note(self, key: str, value: Any) -> None:
-        """Note a JSON value that was costly to compute."""
+        """Note a JSON value that takes long to compute."""
         self._notes.set_user_attr(key, value)
 
 

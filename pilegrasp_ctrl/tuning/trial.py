@@ -29,7 +29,7 @@ REQUIRED_MARGIN = 2.0
 
 @dataclass(frozen=True, slots=True)
 class TrialWork:
-    """What a worker gets.
+    """One trial, as a worker gets it.
 
     Attributes:
         number: Number of the trial.
@@ -46,7 +46,7 @@ class TrialWork:
 
 @dataclass(frozen=True, slots=True)
 class TrialReport:
-    """What a worker reports.
+    """The result of one trial, as a worker reports it.
 
     Attributes:
         number: Number of the trial.
@@ -82,7 +82,7 @@ def resting_arm(scenario: Scenario, seed: int) -> tuple[ArmModel, Array]:
 
 
 def run_trial(work: TrialWork) -> TrialReport:
-    """Run a trial; what goes wrong in it becomes the reason in its report."""
+    """Run a trial; an error in it becomes the reason in its report."""
     start = perf_counter()
     scenario = work.scenario
     measured: Measured | None = None
@@ -109,7 +109,7 @@ def trial_pool(jobs: int) -> AbstractContextManager[Pool]:
 def run_trials(
     pool: Pool, work_items: Sequence[TrialWork], function: Callable[[TrialWork], TrialReport] = run_trial
 ) -> Iterator[TrialReport]:
-    """Yield a report for every trial, as they get ready; a trial whose worker died is repeated.
+    """Yield a report of every trial as it finishes; a trial whose worker died is repeated.
 
     Args:
         pool: Pool of `trial_pool`.
@@ -119,12 +119,12 @@ def run_trials(
     Raises:
         SimulationError: The worker processes of one trial died again and again.
     """
-    for batch in dispatch(pool, function, work_items, _refuse_to_go_on):
+    for batch in dispatch(pool, function, work_items, _raise_worker_died):
         for _, report in batch:
             yield report
 
 
-def _refuse_to_go_on(work: TrialWork, deaths: int) -> NoReturn:
+def _raise_worker_died(work: TrialWork, deaths: int) -> NoReturn:
     raise SimulationError(
         f"{deaths} worker processes died with trial {work.number}, perhaps for lack of memory; finished trials are "
         "kept; run the same command again with fewer --jobs"

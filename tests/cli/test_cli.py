@@ -344,6 +344,6 @@ def test_doctor_fails_where_a_check_fails(capsys, attempts, monkeypatch):
 def test_a_missing_browser_is_no_failure(capsys, attempts, monkeypatch):
     monkeypatch.setenv("PATH", "")
     report = json.loads(answer(capsys, "doctor", "--json")[1])
-    assert "All that is needed works.\n" in answer(capsys, "doctor")[1]
+    assert "Everything that is needed works.\n" in answer(capsys, "doctor")[1]
     assert report["ok"] is True
     assert [row["ok"] for row in report["checks"] if row["name"] == "browser"] == [False]

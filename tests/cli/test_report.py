@@ -142,7 +142,7 @@ def test_an_attempt_that_comes_out_differently_is_refused(tmp_path, capsys, blin
     monkeypatch.setattr(pilegrasp_ctrl.episode, "run", lambda scenario, **_: other)
     status, _, err = report(tmp_path, capsys, "--recordings", "1")
     assert status == 2
-    assert "seed 0 of aaaa comes out differently now" in err
+    assert "seed 0 of aaaa has another result now" in err
 
 
 def test_a_study_without_scenarios_cannot_be_repeated(tmp_path, capsys, blind):

@@ -153,7 +153,7 @@ def test_a_worker_of_another_version_or_with_another_file_refuses_the_attempt(tm
         run_work_item(work_item(condition, mujoco="3.0.0"))
     asked = work_item(condition)
     gains.write_text("[motion]\nstiffness = 101.0\n")
-    with pytest.raises(ConfigurationError, match="differs from what it was when the study began"):
+    with pytest.raises(ConfigurationError, match="has changed since the study began"):
         run_work_item(asked)
 
 

@@ -94,7 +94,7 @@ def test_a_sweep_that_is_interrupted_and_killed_ends_as_if_it_had_not_been(tmp_p
     os.killpg(process.pid, signal.SIGINT)
     out, err = process.communicate()
     assert (process.returncode, out) == (130, "")
-    assert err == f"stopped; what is finished is kept in {stopped}, and the same command does the rest\n"
+    assert err == f"stopped; finished attempts are kept in {stopped}; the same command runs the rest\n"
     assert 1 <= len(rows(stopped)) < 4
     process = begin([*SWEEP, "--jobs", "2", "--out", str(stopped)])
     while len(workers := children(process)) < 2:

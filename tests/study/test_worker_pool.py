@@ -65,5 +65,5 @@ def test_workers_that_cannot_start_are_an_error_with_the_remedy(tmp_path):
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 1
-    assert "SimulationError: the worker processes end before they begin; a script that sweeps needs" in done.stderr
+    assert "SimulationError: the worker processes end before they start; in a script, put the call below" in done.stderr
     assert done.stdout == ""

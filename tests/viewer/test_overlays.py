@@ -309,6 +309,6 @@ def test_two_recordings_go_into_a_page_only(attempt, tmp_path, capsys):
     assert 'class="pair"' in (tmp_path / "pair.html").read_text(encoding="utf-8")
     for arguments in ([*files, str(tmp_path / "pair.png")], [*files, files[0], str(tmp_path / "pair.html")]):
         assert cli.main(["export", *arguments]) == 2
-        assert "a page (.html) shows one or two" in capsys.readouterr().err
+        assert "give one, or two for a page (.html)" in capsys.readouterr().err
     with pytest.raises(ExportError, match="stand side by side on a page only"):
         write(attempt, tmp_path / "pair.gif", beside=attempt)
