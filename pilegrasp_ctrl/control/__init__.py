@@ -1,1 +1,1 @@
-"""From an observation and a reference to joint torques."""
+"""Controllers: they turn an observation and a reference into joint torques."""

@@ -1,7 +1,7 @@
 """One period of operational-space control as two compiled functions; `CompiledMotion` calls them.
 
-They do what `FrameMotionTask`, `FrictionCompensation` and `InverseDynamics` do in the usual case. Importing this module
-needs numba, and compiles once for an installation.
+They compute what `FrameMotionTask`, `FrictionCompensation` and `InverseDynamics` compute in the usual case. This module
+needs numba, and its first import in an installation compiles it.
 """
 
 # mypy: allow-untyped-defs
@@ -21,17 +21,17 @@ _MATRIX = types.Array(types.float64, 2, "A", readonly=True)
 _OUT_VECTOR = types.Array(types.float64, 1, "C")
 _OUT_MATRIX = types.Array(types.float64, 2, "C")
 
-HALF_A_TURN = -0.9
+_SMALLEST_COSINE = -0.9
 """Cosine of the error's angle below which the usual formula of the rotation vector loses digits; chosen."""
 
 
 def _compile(*signature: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Compile for exactly these types, now: a new type in the middle of a motion would stop it for seconds."""
+    """Compile now, for exactly these types: a new type in the middle of a motion would stop it for seconds."""
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
         try:
             return numba.njit([signature[0](*signature[1:])], cache=True)(function)
-        except RuntimeError:  # no folder that a cache could be written to
+        except RuntimeError:  # no folder is writable for the cache
             return numba.njit([signature[0](*signature[1:])])(function)
 
     return decorate
@@ -47,7 +47,7 @@ def _shorten(vector, first, length):
 
 @numba.njit(inline="always")
 def _factorise(A, n):
-    """Replace the lower triangle of A by its Cholesky factor; false where A is not positive definite."""
+    """Replace the lower triangle of A by its Cholesky factor; return False if A is not positive definite."""
     for j in range(n):
         for i in range(j, n):
             total = A[i, j]
@@ -87,17 +87,17 @@ def assemble(
     affine, coupling, tool, joint, numbers,
     H, f, G, lower, upper, offset,
 ):  # fmt: skip
-    """Fill the program and its offset; return the nearness of the nearest bound, or NaN if the case is not usual.
+    """Fill the program and its offset; return the nearest bound, or NaN if the case is not the usual one.
 
     `tool` holds the square roots of the weights, the rates (stiffness over damping) and the damping. `joint` holds the
-    largest speed, Coulomb and viscous feed-forward, limited torque, and the demand below and above. `numbers` holds:
+    largest speed, Coulomb and viscous feed-forward, torque limit, and largest demand below and above. `numbers` holds:
 
         0       largest length of `rates e` that is not shortened
         1, 2    `free` and `threshold` of `SingularDirections`, squared
         3       square root of the posture's weight
         4       1 with friction feed-forward, 0 without
         5, 6    rate and scale of the feed-forward
-        7, 8    its largest approaches [m/s], [rad/s]
+        7, 8    largest approach of the feed-forward [m/s], [rad/s]
 
     Args:
         x: (2 n + 1,) Affine state as in `ArmState`.
@@ -113,7 +113,7 @@ def assemble(
         twist_ref: (6,) Velocity of the reference.
         a_ref: (6,) Acceleration of the reference.
         affine: (rows, 2 n + 1) Matrix of all that is affine in the state, as `InverseDynamics` stacks it.
-        coupling: (n, n) Matrix from joint torques to the limited ones.
+        coupling: (n, n) Matrix from joint torques to the torques with a limit.
         tool: (3, 6) Numbers of the tool's axes; see above.
         joint: (6, n) Numbers of the joints; see above.
         numbers: (9,) Scalars; see above.
@@ -122,7 +122,7 @@ def assemble(
         G: (n, n) Rows of the torque limits, to fill.
         lower: (2 n,) Lower bounds, to fill.
         upper: (2 n,) Upper bounds, to fill.
-        offset: (n,) Torques beside that of the acceleration, to fill [N·m].
+        offset: (n,) Torques except that of the acceleration, to fill [N·m].
     """
     n = h.shape[0]
     values = np.empty(affine.shape[0])
@@ -146,7 +146,7 @@ def assemble(
         nearest = max(nearest, max(below, above))
         lower[i], upper[i] = below, -above
 
-    # The tool's error: its turn is the rotation vector of R_ref Rᵀ.
+    # The tool's error. Its angular part is the rotation vector of R_ref Rᵀ.
     error = np.empty(6)
     turn = np.zeros((3, 3))
     for i in range(3):
@@ -156,21 +156,21 @@ def assemble(
                 turn[i, j] += R_ref[i, k] * R[j, k]
     sx, sy, sz = 0.5 * (turn[2, 1] - turn[1, 2]), 0.5 * (turn[0, 2] - turn[2, 0]), 0.5 * (turn[1, 0] - turn[0, 1])
     sine, cosine = sqrt(sx * sx + sy * sy + sz * sz), 0.5 * (turn[0, 0] + turn[1, 1] + turn[2, 2] - 1.0)
-    if not cosine > HALF_A_TURN:
+    if not cosine > _SMALLEST_COSINE:
         return np.nan
     scale = atan2(sine, cosine) / sine if sine > 1e-4 else 1.0 + sine * sine / 6.0
     error[3], error[4], error[5] = scale * sx, scale * sy, scale * sz
 
-    speed, wish = 0.0, 0.0
+    speed, missing = 0.0, 0.0
     wanted = np.empty(6)
     for i in range(6):
         approach = tool[1, i] * error[i]
         speed += approach * approach
         wanted[i] = tool[2, i] * (approach + twist_ref[i] - twist[i]) + a_ref[i]
-        wish += (wanted[i] - Jdot_v[i]) ** 2
+        missing += (wanted[i] - Jdot_v[i]) ** 2
     if not speed <= numbers[0] * numbers[0]:
         return np.nan
-    if wish > numbers[1]:
+    if missing > numbers[1]:
         gram = np.empty((6, 6))
         for i in range(6):
             for j in range(i + 1):
@@ -208,7 +208,7 @@ def assemble(
         if not _factorise(factor, n):
             return np.nan
         _substitute(factor, v, n)
-        # A second copy of the law in `arm/friction.py`: compiled code cannot call that function.
+        # This repeats the law of `arm/friction.py`, because compiled code cannot call that function.
         for i in range(n):
             v[i] = min(max(v[i], -joint[0, i]), joint[0, i])
             offset[i] += joint[1, i] * tanh(v[i] / numbers[6]) + joint[2, i] * v[i]
@@ -236,7 +236,7 @@ def judge(a, M, offset, G, lower, upper, torque):
             total += M[i, j] * a[j]
         torque[i] = total
         for distance in (a[i] - lower[i], upper[i] - a[i], row - lower[n + i], upper[n + i] - row):
-            # A NaN stays: it fails every comparison.
+            # A NaN stays, because it fails every comparison.
             if not distance >= margin:
                 margin = distance
     return margin

@@ -1,4 +1,4 @@
-"""The usual period of operational-space control, compiled: optional, and about twice as fast."""
+"""The usual period of operational-space control in compiled code: optional, and about twice as fast."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from .inverse_dynamics import ACTIVE, InverseDynamics
 
 
 class CompiledMotion:
-    """Answers if no limit binds or is near, the posture is not singular, and the error is not huge.
+    """Compiled code for periods in which no limit is near, the posture is regular and the error is moderate.
 
-    In every other period `step` returns None, and the caller uses the Python code, which has all the cases. If both
-    answer, the torques agree to 1e-9 N·m. They are not the same bits, because sums are taken in another order.
+    In every other period `step` returns None, and the caller uses the Python code, which handles all cases. If both
+    give torques, these agree to 1e-9 N·m. They are not the same bits, because sums are taken in another order.
     """
 
     def __init__(self, dynamics: InverseDynamics, task: FrameMotionTask, friction: FrictionCompensation | None) -> None:
@@ -28,7 +28,7 @@ class CompiledMotion:
         Args:
             dynamics: Program of the controller.
             task: Task of the tool.
-            friction: Friction feed-forward, None without one.
+            friction: Friction feed-forward; None without one.
 
         Raises:
             ConfigurationError: numba is not installed.

@@ -1,4 +1,4 @@
-"""Impedance control that is stiff in free motion and yields along the directions of a desired force."""
+"""Impedance control: stiff in free motion, and yielding along the directions of a desired force."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .sampled_data import check_force_gain
 from .tool_axes import turn_wrench
 
 YIELDING_STIFFNESS = 0.06
-"""Share of the stiffness that a direction with a desired force keeps; chosen, enough to return, little beside 5 N."""
+"""Share of the stiffness kept along a desired force; chosen: it returns the tool, and adds little to 5 N."""
 RAMP_TIME = 0.1
 """Duration of the change from position to force and back [s]; chosen."""
 UP = (0.0, 0.0, 1.0)
@@ -30,11 +30,11 @@ _INDEPENDENT = 1e-9
 
 
 class ContactImpedanceController:
-    """Two impedance controllers behind one `step`: position in every direction, or force in some of them.
+    """Two impedance controllers behind one `step`: for position in all directions, and for force in some of them.
 
-    The caller's desired force tells when to press. If the gains have a desired force, they tell how hard; see `create`.
-    During the change both controllers compute torques within the limits, and these are mixed. The limits are convex,
-    so the mixture is within them too.
+    The caller's desired force decides when to press. If the gains have a desired force, they decide how hard; see
+    `create`. During the change both controllers compute torques within the limits, and these are mixed. The limits are
+    convex, so the mixture is within them too.
 
     The controller remembers the progress of the change, and the correction of the force if there is one.
 
@@ -57,15 +57,15 @@ class ContactImpedanceController:
         Args:
             free: Controller while no force is desired.
             yielding: Controller while a force is desired.
-            own_force: Gains whose desired force replaces the caller's.
-            force_gain: Gain of the force's correction by the measured wrench [1/s]; 0 turns it off.
+            own_force: Gains whose desired force replaces the caller's; None keeps the caller's.
+            force_gain: Rate at which the measured wrench corrects the force [1/s]; 0 turns the correction off.
             force_ramp: Duration of the change from one controller to the other [s].
 
         Raises:
             ConfigurationError: The gain or the time is negative or not finite.
         """
         self.free, self.yielding = free, yielding
-        self._own = own_force
+        self._own_force = own_force
         self._ramp = ForceRamp(read_number(force_ramp, "force_ramp", "it is a time in s, and 0 switches at once"))
         gain = read_number(force_gain, "force_gain", FORCE_GAIN_MEANING)
         self._feedback = ForceFeedback(gain) if gain > 0.0 else None
@@ -96,7 +96,7 @@ class ContactImpedanceController:
             posture: (nv,) Preferred posture [rad].
             solver: Name of the solver: "daqp", "osqp", "proxqp" or "quadprog".
             rate: Rate at which you call `step` [Hz].
-            force_directions: (3,) or (k, 3) directions that yield, along the axes of the gains, of any length.
+            force_directions: Directions that yield, (3,) or (k, 3), of any length, in the axes of the gains.
             free: Gains while no force is desired; required if `impedance` has a desired force.
             wrench_lag: Lag of the measured wrench as for `ImpedanceController` [s].
             force_ramp: Duration of the change from one controller to the other [s].
@@ -107,14 +107,18 @@ class ContactImpedanceController:
         """
         own = impedance if impedance.desired_force.any() else None
         if own is not None and free is None:
-            raise ConfigurationError("desired_force acts while a force is asked for; give free gains for the rest")
+            raise ConfigurationError(
+                "gains with a desired_force act only while a force is desired; give free gains too"
+            )
         if own is None and free is not None:
-            raise ConfigurationError("free gains have a place only beside gains with a desired_force")
-        basis = _basis(impedance.desired_force[:3] if impedance.desired_force[:3].any() else force_directions)
+            raise ConfigurationError("free gains are used only beside gains with a desired_force; leave them out")
+        basis = _orthonormal_basis(
+            impedance.desired_force[:3] if impedance.desired_force[:3].any() else force_directions
+        )
         if impedance.force_gain > 0.0:
             check_force_gain(arm, impedance, posture, basis, 0.0 if wrench_lag is None else wrench_lag)
         moving = replace(impedance if free is None else free, force_gain=0.0, desired_force=np.zeros(6))
-        stiffness = None if own else _yielding(impedance.stiffness, basis)
+        stiffness = None if own else _weaken_springs(impedance.stiffness, basis)
         make = partial(ImpedanceController, arm, posture=posture, solver=solver, rate=rate, wrench_lag=wrench_lag)
         return cls(
             make(impedance=moving),
@@ -136,16 +140,16 @@ class ContactImpedanceController:
             observation: Measurement of the arm, with the wrench as in `ImpedanceController.step`.
             reference: Rest pose of the springs and its motion.
             state: `arm.update(observation.q, observation.v)`.
-            desired_force: (6,) Wrench to exert on the environment, zeros for motion alone, world axes [N, N·m].
+            desired_force: (6,) Wrench to exert on the environment, in world axes [N, N·m]; zeros for motion alone.
 
         Raises:
             ModelError: The observation has a value that is not finite.
             ConfigurationError: The desired force is not six finite numbers.
         """
         desired_force = check_wrench(desired_force, "desired_force")
-        if self._own is not None and desired_force.any():
-            desired_force = self._own.desired_force
-            if self._own.frame == "tool":
+        if self._own_force is not None and desired_force.any():
+            desired_force = self._own_force.desired_force
+            if self._own_force.frame == "tool":
                 desired_force = turn_wrench(reference.pose.rotation.T, desired_force)
         force = self._ramp.update(observation.time, desired_force)
         share = self._ramp.share
@@ -156,10 +160,10 @@ class ContactImpedanceController:
         if share == 1.0:
             return self.yielding.step(observation, reference, state=state, desired_force=force)
         pressing = self.yielding.step(observation, reference, state=state, desired_force=force / share)
-        return _mixed(self.free.step(observation, reference, state=state), pressing, share)
+        return _mix(self.free.step(observation, reference, state=state), pressing, share)
 
 
-def _basis(directions: ArrayLike) -> Array:
+def _orthonormal_basis(directions: ArrayLike) -> Array:
     """Return (k, 3) orthonormal directions that span the given ones (3,) or (n, 3)."""
     given = np.atleast_2d(np.asarray(directions, dtype=np.float64))
     if given.ndim != 2 or given.shape[1] != 3 or not np.isfinite(given).all():
@@ -167,14 +171,14 @@ def _basis(directions: ArrayLike) -> Array:
     sizes, basis = np.linalg.svd(given, full_matrices=False)[1:]
     basis = basis[sizes > _INDEPENDENT * max(sizes[0], _INDEPENDENT)]
     if not len(basis):
-        raise ConfigurationError("force_directions are all zero; (0, 0, 1) yields along the vertical")
+        raise ConfigurationError("force_directions are all zero; give a direction, such as (0, 0, 1) for the vertical")
     return basis
 
 
-def _yielding(stiffness: Array, basis: Array) -> Array:
+def _weaken_springs(stiffness: Array, basis: Array) -> Array:
     """Return (6, 6) the stiffness with its springs weakened along `basis` (k, 3).
 
-    It is K^½ (1 - (1 - share) P) K^½ with the projector P: symmetric, and along an axis just a smaller number.
+    It is K^½ (1 - (1 - share) P) K^½ with the projector P. It is symmetric; along an axis it is just a smaller number.
     """
     weaken = np.eye(6)
     weaken[:3, :3] -= (1.0 - YIELDING_STIFFNESS) * basis.T @ basis
@@ -182,7 +186,7 @@ def _yielding(stiffness: Array, basis: Array) -> Array:
     return root[:, None] * weaken * root
 
 
-def _mixed(free: ControllerOutput, pressing: ControllerOutput, share: float) -> ControllerOutput:
+def _mix(free: ControllerOutput, pressing: ControllerOutput, share: float) -> ControllerOutput:
     """Return the mixture of two outputs; a limit binds it only if it binds both."""
     torque = (1.0 - share) * free.command.torque + share * pressing.command.torque
     acceleration = (1.0 - share) * free.acceleration + share * pressing.acceleration

@@ -1,4 +1,4 @@
-"""Estimate of the joint torques beside the commanded ones, from the change of the arm's momentum."""
+"""Disturbance observer: an estimate of external joint torques from the change of the arm's momentum."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from .friction_compensation import FEED_FORWARD_SCALE
 from .operational_space import OperationalSpaceController
 
 _LARGEST_BANDWIDTH = 0.5
-"""Largest bandwidth over rate; chosen, quiet with torques one period late (`docs/disturbances.md`)."""
+"""Largest bandwidth over control rate; chosen: quiet even with torques one period late (`docs/disturbances.md`)."""
 _LONGEST_GAP = 10.0
-"""Longest time between observations, in periods, after which the estimate is still updated; chosen."""
+"""Longest time between observations, in periods, that still updates the estimate; chosen."""
 
 
 class DisturbanceObserver:
@@ -28,18 +28,19 @@ class DisturbanceObserver:
 
         r = K (p - p(0) - ∫ (tau + Cᵀ v - g - friction(v) + r) dt),    so that    dr/dt = K (tau_ext - r):
 
-    This is a first-order low-pass of the external torque that needs no acceleration. After A. De Luca, R. Mattone,
-    "Actuator failure detection and isolation using generalized momenta", ICRA 2003, and "Sensorless robot collision
-    detection and hybrid force/motion control", ICRA 2005. Here the torque is held over a period, the other terms are
-    integrated by the trapezoidal rule, and the low-pass is solved exactly. No bandwidth makes the observer unstable.
+    The estimate is a first-order low-pass of the external torque, and needs no acceleration. After A. De Luca, R.
+    Mattone, "Actuator failure detection and isolation using generalized momenta", ICRA 2003, and "Sensorless robot
+    collision detection and hybrid force/motion control", ICRA 2005. Here the torque is held over a period, the other
+    terms are integrated by the trapezoidal rule, and the low-pass is solved exactly. No bandwidth makes the observer
+    unstable.
 
     `friction(v)` is the arm's own Coulomb and viscous friction at the measured velocity. The controllers feed it
     forward, and it must not be cancelled twice. The estimate then holds the error of that model, payloads, errors of
-    the masses, and contact. It cannot tell these apart: read `docs/disturbances.md` before you use it in contact.
+    the masses, and contact. It cannot distinguish these; read `docs/disturbances.md` before you use it in contact.
 
     Attributes:
-        arm: Model that the controller holds.
-        bandwidth: K [rad/s]; the estimate follows a step with the time constant 1 / K.
+        arm: Model that the controller uses.
+        bandwidth: Bandwidth K [rad/s]; the estimate follows a step with the time constant 1 / K.
         bound: (nv,) Largest estimate [N·m].
     """
 
@@ -56,12 +57,12 @@ class DisturbanceObserver:
         """Start with an estimate of zero.
 
         Args:
-            arm: Model that the controller holds.
-            bandwidth: K [rad/s].
+            arm: Model that the controller uses.
+            bandwidth: Bandwidth K [rad/s].
             rate: Rate at which you call `update` [Hz].
             share: Largest estimate, as a share of the torque limits.
             friction: Whether the controller feeds the arm's friction forward; if not, the estimate holds all of it.
-            friction_scale: `FrictionCompensation.scale` of the controller [rad/s].
+            friction_scale: Scale of the controller's `FrictionCompensation` [rad/s].
 
         Raises:
             ConfigurationError: A number is not positive and finite, or the bandwidth is above half the rate.
@@ -93,7 +94,7 @@ class DisturbanceObserver:
 
     @property
     def estimate(self) -> Array:
-        """(nv,) The estimate of the last update [N·m]."""
+        """(nv,) Estimate of the last update [N·m]."""
         return self._estimate.copy()
 
     def update(
@@ -105,7 +106,7 @@ class DisturbanceObserver:
             observation: Measurement of the arm.
             torque: (nv,) Torque commanded since the last observation [N·m]; ignored at the first call.
             state: `arm.update(observation.q, observation.v)`, if you have it already.
-            hold: Whether to keep the estimate unchanged, for periods in contact. The momentum is still followed, so
+            hold: Whether to keep the estimate unchanged, for periods in contact. The momentum is still tracked, so
                 the estimate continues without a jump.
 
         Raises:
@@ -120,7 +121,7 @@ class DisturbanceObserver:
         if last is None:
             return self._estimate.copy()
         elapsed = observation.time - last[0]
-        # A repeated observation holds nothing new. One after a long gap says nothing about the torque in between.
+        # A repeated observation holds nothing new. After a long gap, the torque in between is unknown.
         if hold or not 0.0 < elapsed <= _LONGEST_GAP * self._period:
             return self._estimate.copy()
         external = (momentum - last[1]) / elapsed - torque - 0.5 * (passive + last[2])
@@ -143,7 +144,7 @@ class DisturbanceObserver:
 class ObservedController:
     """A motion controller that cancels the estimate of an observer.
 
-    It remembers the torque of the last period for the observer, so use one instance for one run.
+    It remembers the torque of the last period for the observer, so use a new instance for each run.
     """
 
     def __init__(self, controller: OperationalSpaceController, observer: DisturbanceObserver) -> None:

@@ -1,4 +1,4 @@
-"""The commanded force: the desired force, faded in and out, and corrected by the measured one."""
+"""The commanded force: the desired force, ramped up and down, and corrected by the measured one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _IN_CONTACT = 0.1
 
 
 class ForceRamp:
-    """Fades a desired force in and out, and limits its rate if it changes in between.
+    """Ramps a desired force up and down, and limits its rate if it changes in between.
 
     The share runs from 0 to 1 as `3 u² - 2 u³`, with u linear over `duration`. Within a period h it changes by at most
     `1.5 h / duration`, and the force by at most `2.5 h / duration` times the largest desired force.
@@ -38,19 +38,19 @@ class ForceRamp:
             time: Time of the observation [s].
             wanted: (6,) Desired force, zeros for none [N, N·m].
         """
-        passed = time - self._time
+        elapsed = time - self._time
         self._time = time
-        if passed < 0.0:
-            self.share, self._progress, passed = 0.0, 0.0, 0.0
+        if elapsed < 0.0:
+            self.share, self._progress, elapsed = 0.0, 0.0, 0.0
         on = bool(wanted.any())
         if self._progress == on and (not on or wanted is self._force):
             return wanted
         if self.duration <= 0.0:
             self.share = self._progress = float(on)
             return wanted
-        step = passed / self.duration
+        step = elapsed / self.duration
         if on:
-            # A force whose share is zero has no effect yet, so it may jump.
+            # At a share of zero the force has no effect yet, so it may jump.
             self._force = wanted if self._progress == 0.0 else _limit_change(self._force, wanted, step)
         self._progress = min(max(self._progress + (step if on else -step), 0.0), 1.0)
         self.share = self._progress**2 * (3.0 - 2.0 * self._progress)
@@ -62,8 +62,8 @@ class ForceFeedback:
 
         correction = gain ∫ (|F| - pressed) dt,      -|F| <= correction <= |F|
 
-    `pressed` is the measured force against the direction of F. The feedback gives back what joint friction takes away
-    or adds. The bounds keep the correction from winding up behind a force that cannot be reached, and the hand from
+    `pressed` is the measured force against the direction of F. The feedback compensates the force that joint
+    friction removes or adds. The bounds prevent windup behind a force that cannot be reached, and keep the hand from
     pulling. Out of contact the correction decays at the rate of the gain, so a hand in the air does not gather speed
     for its next contact. `largest_force_gain` gives the largest gain for a sensor's lag. Torques are not corrected.
 
@@ -88,11 +88,11 @@ class ForceFeedback:
             desired: (6,) Wrench that the hand shall exert on the environment, world axes [N, N·m].
             wrench: (6,) Wrench of the environment on the hand, world axes [N, N·m].
         """
-        passed = time - self._time
+        elapsed = time - self._time
         self._time = time
-        if passed < 0.0:
+        if elapsed < 0.0:
             self.correction = 0.0
-            passed = 0.0
+            elapsed = 0.0
         force = desired[:3]
         size = sqrt(force.dot(force))
         if size == 0.0:
@@ -100,14 +100,14 @@ class ForceFeedback:
             return desired
         pressed = -float(force.dot(wrench[:3])) / size
         error = size - pressed if pressed > _IN_CONTACT * size else -self.correction
-        self.correction = min(max(self.correction + self.gain * passed * error, -size), size)
+        self.correction = min(max(self.correction + self.gain * elapsed * error, -size), size)
         corrected = desired.copy()
         corrected[:3] *= 1.0 + self.correction / size
         return corrected
 
 
 def _limit_change(force: Array, wanted: Array, share: float) -> Array:
-    """Return `force` moved toward `wanted` by at most `share` of the larger of the two."""
+    """Return `force`, moved toward `wanted` by at most `share` times the larger of the two."""
     change = wanted - force
     distance = float(np.sqrt(change.dot(change)))
     largest = share * float(np.sqrt(max(force.dot(force), wanted.dot(wanted))))

@@ -1,4 +1,4 @@
-"""Feed-forward against joint friction, from the motion that is asked for rather than the measured one."""
+"""Feed-forward against joint friction, computed from the reference motion rather than the measured one."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from ..types import Array, Reference
 from .inverse_dynamics import InverseDynamics
 
 FEED_FORWARD_SCALE = 0.02
-"""Joint velocity at which three quarters of the Coulomb friction are compensated [rad/s]; chosen."""
+"""Default joint velocity at which three quarters of the Coulomb friction are compensated [rad/s]; chosen."""
 _APPROACH_SPEED = 0.1
 """Largest speed that the tool's position error asks for [m/s]; chosen, enough for all of the Coulomb friction."""
-_APPROACH_TURN = 0.4
+_APPROACH_ANGULAR_SPEED = 0.4
 """Largest angular velocity that the tool's orientation error asks for [rad/s]; chosen likewise."""
 
 
@@ -26,20 +26,20 @@ class FrictionCompensation:
 
     The measured velocity is not used: its sign flips at rest, and the torque would chatter. v* is the damped
     pseudo-inverse's answer to the reference twist plus `error_rate` times the tool's pose error. The second part breaks
-    a joint loose that sticks short of its goal. It asks for at most 0.1 m/s and 0.4 rad/s. That is enough for all of
+    loose a joint that sticks short of its goal. It asks for at most 0.1 m/s and 0.4 rad/s. That is enough for all of
     the Coulomb part, and it bounds the viscous part if a target is out of reach. No v* exceeds its joint's limit.
     The Coulomb part never exceeds the modelled friction, so a gain of 1 takes away only what friction dissipates.
 
     Attributes:
         scale: Joint velocity at which three quarters of the Coulomb friction are compensated [rad/s].
-        error_rate: Velocity asked for per error [1/s]; zero compensates the reference's own motion only.
-        gain: Share of the modelled friction; take it below 1 if the model may claim too much.
+        error_rate: Velocity asked for per error [1/s]; zero compensates the motion of the reference only.
+        gain: Share of the modelled friction; choose it below 1 if the model may overestimate friction.
         coulomb: (nv,) Coulomb friction that is compensated [N·m].
         viscous: (nv,) Viscous friction that is compensated [N·m·s/rad].
-        largest_approach: Largest speeds that the error asks for [m/s], [rad/s].
+        largest_approach: Largest speed [m/s] and angular speed [rad/s] that the error asks for.
     """
 
-    largest_approach = _APPROACH_SPEED, _APPROACH_TURN
+    largest_approach = _APPROACH_SPEED, _APPROACH_ANGULAR_SPEED
 
     def __init__(
         self, arm: ArmModel, scale: float = FEED_FORWARD_SCALE, error_rate: float = 8.0, gain: float = 1.0
@@ -49,7 +49,7 @@ class FrictionCompensation:
         Args:
             arm: Model with the friction.
             scale: Joint velocity at which three quarters of the Coulomb friction are compensated [rad/s].
-            error_rate: Velocity asked for per error [1/s]; zero compensates the reference's own motion only.
+            error_rate: Velocity asked for per error [1/s]; zero compensates the motion of the reference only.
             gain: Share of the modelled friction.
 
         Raises:
@@ -86,7 +86,7 @@ class FrictionCompensation:
         twist = self._rates * error
         if hypot(*twist.tolist()) > _APPROACH_SPEED:
             shorten(twist[:3], _APPROACH_SPEED)
-            shorten(twist[3:], _APPROACH_TURN)
+            shorten(twist[3:], _APPROACH_ANGULAR_SPEED)
         twist += reference.twist
         v = dynamics.joint_velocity(twist)
         if hypot(*v.tolist()) > self._least_limit:

@@ -1,4 +1,4 @@
-"""Impedance control: the hand yields to contact like the springs and dampers of its gains."""
+"""Impedance control: the tool yields to contact like the springs and dampers of its gains."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ from .sampled_data import check_stability
 from .tool_axes import turn_reference, turn_state, turn_wrench
 
 _NO_BAND = (0.0, 0.0)
+"""Dead band of gains without one [N, N·m]."""
 _ROUND_OFF = 1e-9
-"""Negative eigenvalue of a stiffness, relative to the largest, that counts as round-off; chosen."""
+"""Size of a negative eigenvalue of a stiffness, relative to the largest, that counts as round-off; chosen."""
 
 
 class ImpedanceController:
@@ -62,8 +63,8 @@ class ImpedanceController:
         Args:
             arm: Arm to control.
             impedance: Gains [N/m, N·m/rad].
-            posture: (nv,) Preferred joint positions [rad], or a posture task. If you give it and control every tool
-                axis, the gains are checked there.
+            posture: (nv,) Preferred joint positions [rad], or a posture task. If it is given and
+                every tool axis is controlled, the gains are checked there.
             weight: Scalar or (6,) weights of the tool's axes against each other.
             mask: (6,) Booleans; False leaves an axis free.
             limits: Limits to enforce, of "torque", "velocity" and "position".
@@ -77,14 +78,16 @@ class ImpedanceController:
 
         Raises:
             GainsError: The impedance is not an `Impedance`.
-            ArgumentError: A weight or the posture cannot be used.
-            ConfigurationError: Another argument cannot be used, or the sampled loop would not be stable; see
+            ArgumentError: A weight or the posture is not usable.
+            ConfigurationError: Another argument is not usable, or the sampled loop would not be stable; see
                 `sampled_data`.
         """
         self.arm = arm
         self._task = ImpedanceTask(impedance, weight, mask, None if stiffness is None else _spring_matrix(stiffness))
         if impedance.force_gain > 0.0:
-            raise ConfigurationError("force_gain needs a memory: use ContactImpedanceController, or leave it out")
+            raise ConfigurationError(
+                "force_gain needs a memory: use ContactImpedanceController, or leave force_gain out"
+            )
         posture = posture if isinstance(posture, PostureTask) else PostureTask(posture)
         self._dynamics = InertiaWeightedDynamics(arm, self._task, posture, limits, solver, rate)
         if posture.target is not None and (self._task.sqrt_weight == 1.0).all():
@@ -138,7 +141,7 @@ class ImpedanceController:
         dynamics = self._dynamics
         # The dead band shortens the wrench that moves the tool. The whole wrench is cancelled, because the rest would
         # move the arm with its own, smaller inertia.
-        felt = _dead_band(wrench, gains.dead_band) if shaped and gains.dead_band != _NO_BAND else wrench
+        felt = _apply_dead_band(wrench, gains.dead_band) if shaped and gains.dead_band != _NO_BAND else wrench
         wanted = self._task.acceleration(state, reference, error, force, felt, dynamics.mobility(state))
         dynamics.assemble(state, wanted, posture)
         friction = None if self._friction is None else self._friction.torque(dynamics, reference, error)
@@ -148,18 +151,16 @@ class ImpedanceController:
 def _spring_matrix(value: ArrayLike) -> Array:
     matrix = np.asarray(value, dtype=np.float64)
     if matrix.shape != (6, 6) or not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T):
-        raise ConfigurationError(
-            f"stiffness has the shape {matrix.shape}; a symmetric, finite 6 x 6 matrix is expected"
-        )
+        raise ConfigurationError(f"stiffness has the shape {matrix.shape}; give a symmetric, finite 6 x 6 matrix")
     values = np.linalg.eigvalsh(matrix)
     if values[0] < -_ROUND_OFF * max(values[-1], 1.0):
         raise ConfigurationError(
-            f"stiffness has the eigenvalue {values[0]:.3g}, so that it would push away; none below 0"
+            f"stiffness has the eigenvalue {values[0]:.3g}, so it would push the tool away; raise it to 0"
         )
     return matrix
 
 
-def _dead_band(wrench: Array, band: tuple[float, float]) -> Array:
+def _apply_dead_band(wrench: Array, band: tuple[float, float]) -> Array:
     """Return the wrench shortened by its dead bands, so that it does not jump at the border of a band."""
     out = wrench.copy()
     for part, width in ((out[:3], band[0]), (out[3:], band[1])):

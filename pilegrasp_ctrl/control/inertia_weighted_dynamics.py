@@ -1,4 +1,4 @@
-"""Inverse dynamics for a hand in contact: forces stay where they act, and limits allow for what the arm feels."""
+"""Inverse dynamics for a hand in contact: joints count by their inertia, and limits allow for contact forces."""
 
 from __future__ import annotations
 
@@ -50,13 +50,13 @@ class InertiaWeightedDynamics(InverseDynamics):
     shoulder. Beside the mobility Lambda⁻¹, w counts as the mobility of 1 / w = 10 t. It changes a force by less than a
     thousandth, and it keeps the acceleration finite at a singular posture.
 
-    If no limit binds, a* is the answer. If one does, M alone would be Gauss's principle of least constraint: the arm
-    accelerates as if the limit belonged to its mechanics, and the tool gives way. c = 100 first uses the freedom that
-    the tool leaves, but does not accelerate heavy joints hard for a light one.
+    If no limit binds, a* is the answer. If one does, the metric M alone would be Gauss's principle of least constraint:
+    the arm accelerates as if the limit belonged to its mechanics, and the tool gives way. c = 100 first uses the
+    freedom that the tool leaves, but does not accelerate heavy joints hard for a light one.
 
-    Bounds on the accelerations concern those that follow. A hand that presses on something is asked for accelerations
-    that never follow. A bound that binds therefore gives way by what the environment took from the last period's
-    acceleration. The last period is remembered for that.
+    Bounds on the accelerations are meant for those that actually follow. If a hand presses on something, the wanted
+    accelerations do not follow. A bound that binds is therefore relaxed by the acceleration that the environment took
+    away in the last period. The last period is remembered for that.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class InertiaWeightedDynamics(InverseDynamics):
 
     def mobility(self, state: ArmState) -> Array:
         """Return (6, 6) Lambda⁻¹ = J M⁻¹ Jᵀ of a state [1/kg, 1/(kg m), 1/(kg m²)]; `assemble` reuses it."""
-        self._of = state
+        self._mobility_state = state
         self._compliance = LLT(state.M).solve(state.J.T)
         self._mobility: Array = state.J.dot(self._compliance)
         return self._mobility
@@ -92,7 +92,7 @@ class InertiaWeightedDynamics(InverseDynamics):
     def assemble(self, state: ArmState, wanted: Array, posture: Array | None = None) -> None:
         """Write the cost and the bounds on a; arguments and errors are those of `InverseDynamics.assemble`."""
         super().assemble(state, wanted, posture)
-        mobility = self._mobility if self._of is state else self.mobility(state)
+        mobility = self._mobility if self._mobility_state is state else self.mobility(state)
         target = self._posture.target if posture is None else posture
         # Toward the posture: the slow mode of spring and damper as a velocity, and both as an acceleration.
         self._pull = None if target is None else self._pull_rate * (target - state.q)
@@ -108,7 +108,7 @@ class InertiaWeightedDynamics(InverseDynamics):
         self._best, self._torque = a, state.M.dot(a)
 
     def _force(self, missing: Array) -> Array:
-        """Return W^½ F (6,) for the acceleration or velocity (6,) that the tool is missing."""
+        """Return W^½ F (6,) for the missing acceleration or velocity (6,) of the tool."""
         if not self._weighted:
             force: Array = self._factor.solve(missing)
             return force
@@ -117,9 +117,9 @@ class InertiaWeightedDynamics(InverseDynamics):
 
     def joint_velocity(self, twist: Array) -> Array:
         """Return (nv,) the joint velocity that a tool twist and the posture ask for [rad/s]; call `assemble` first."""
-        if self._pull is None or self._of is None:
+        if self._pull is None or self._mobility_state is None:
             return self._compliance.dot(self._force(twist))
-        return self._pull + self._compliance.dot(self._force(twist - self._of.J.dot(self._pull)))
+        return self._pull + self._compliance.dot(self._force(twist - self._mobility_state.J.dot(self._pull)))
 
     def solve(
         self,
@@ -134,7 +134,7 @@ class InertiaWeightedDynamics(InverseDynamics):
             state: State that was assembled.
             friction: (nv,) Torque against the expected friction [N·m].
             cancelled: (nv,) Torque against a known torque of the environment on the joints [N·m].
-            time: Time of the observation [s]; tells whether the last call was a period ago.
+            time: Time of the observation [s]; it shows whether the last call was one period ago.
         """
         start = perf_counter()
         offset = state.h if friction is None else state.h + friction
@@ -152,7 +152,7 @@ class InertiaWeightedDynamics(InverseDynamics):
         if slack.item(slack.argmin()) > 0.0:
             output = ControllerOutput(Command(self._torque + offset), best, (), perf_counter() - start)
         else:
-            self._give_way(state, time)
+            self._relax_bounds(state, time)
             H = self._metric(state)
             self._program = QuadraticProgram(H, -H.dot(best), G, lower, upper)
             output = super().solve(state, friction, cancelled)
@@ -164,10 +164,10 @@ class InertiaWeightedDynamics(InverseDynamics):
         J = self._task.sqrt_weight[:, None] * state.J if self._weighted else state.J
         return state.M + _TOOL_PRIORITY * J.T.dot(self._factor.solve(J))
 
-    def _give_way(self, state: ArmState, time: float | None) -> None:
+    def _relax_bounds(self, state: ArmState, time: float | None) -> None:
         """Move the bounds outwards by what the environment took from the acceleration of the last period.
 
-        They never move inwards: such a bound would answer an impact with all the torque that there is.
+        They never move inwards, because such a bound would answer an impact with the full torque.
         """
         last = self._last
         if last is None or time is None or not _SHORTEST_PERIOD < (time - last.time) * self._rate < _LONGEST_PERIOD:
@@ -178,7 +178,7 @@ class InertiaWeightedDynamics(InverseDynamics):
             rest += last.friction
         expected = last.acceleration + LLT(last.state.M).solve(rest)
         taken = (v - last.state.v) * self._rate - expected
-        # Friction alone can take this much from a joint that it holds, so it says nothing about the environment.
+        # Friction alone can take this much from a joint that it holds, so the environment need not be the cause.
         held = arm.friction_coulomb * np.linalg.inv(last.state.M).diagonal()
         lower, upper = self._program.lower[: len(v)], self._program.upper[: len(v)]
         lower -= np.maximum(taken - held, 0.0)

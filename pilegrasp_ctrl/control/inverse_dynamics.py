@@ -1,4 +1,4 @@
-"""From a wanted tool acceleration to joint torques under limits: the part that every controller shares."""
+"""Inverse dynamics under limits: joint torques for a wanted tool acceleration; every controller uses it."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from ..tasks.posture_task import PostureTask
 from ..types import Array, Command, ControllerOutput
 
 LIMITS = ("torque", "velocity", "position")
-"""Names of the limits, as arguments and in `active_limits`."""
+"""Names of the limits, in arguments and in `active_limits`."""
 
 FRICTION_RESERVE = 200.0
-"""Distance to a bound beyond which joint friction cannot carry a light joint across it [rad/s²]; chosen."""
+"""Distance to a bound beyond which joint friction cannot move a light joint across it [rad/s²]; chosen."""
 EXPECTED_FRICTION_SCALE = 0.05
 """Joint velocity at which three quarters of the Coulomb friction are expected near a limit [rad/s]; chosen."""
 ACTIVE = 1e-6
 """Distance below which a limit is active [rad/s², N·m]; chosen below `FEASIBILITY`, the tolerance of an answer."""
 _FALLBACK_DAMPING = 10.0
-"""Damping of the joints while there is no solution, times their inertia [1/s]; chosen."""
+"""Damping of the joints over their inertia, in periods without a solution [1/s]; chosen."""
 _DEMAND = 1.25
 """Largest acceleration that a bound may demand, over the joint's braking acceleration; chosen.
 
 On the border of the states from which a joint can brake, a bound demands exactly the braking acceleration. Beyond the
-border it demands a bit more.
+border it demands slightly more.
 """
 
 
@@ -92,7 +92,7 @@ class InverseDynamics:
         affine: list[AffineLimit] = []
         braking = braking_acceleration(arm)
         self._period, self._nearest = 1.0 / rate, -np.inf
-        self._rubs = bool(arm.friction_coulomb.any() or arm.friction_viscous.any())
+        self._has_friction = bool(arm.friction_coulomb.any() or arm.friction_viscous.any())
         if "velocity" in limits:
             affine.append(VelocityLimit(arm, rate))
         if "position" in limits:
@@ -101,8 +101,8 @@ class InverseDynamics:
         self._fallback_limit = TorqueLimit(arm)
         self._torque_limit = self._fallback_limit if "torque" in limits else None
         self.solver = make_solver(solver)
-        # Everything affine in the state is one product: the bounds, the target velocities, the target accelerations.
-        # The tool's six rows of each target are not affine; they overwrite zeros of the product.
+        # One product gives everything affine in the state: bounds, target velocities and target accelerations. The
+        # tool's six rows of each target are not affine; they overwrite zeros of the product.
         rows = 6 + n
         matrices, offsets = posture.affine(n)
         affine_targets = np.zeros((2, rows, 2 * n + 1))
@@ -127,12 +127,12 @@ class InverseDynamics:
         return f"{type(self).__name__}({self.arm!r}, {self._task!r}, solver={self.solver.name!r})"
 
     def is_far(self, nearest: float) -> bool:
-        """Return whether every bound is far enough away that joint friction cannot reach it.
+        """Return whether every bound is far enough away that joint friction cannot reach it. NaN counts as near.
 
         Args:
-            nearest: Value of `AccelerationBounds.intersect` [rad/s²]; NaN counts as near.
+            nearest: Nearest bound, as `AccelerationBounds.intersect` returns it [rad/s²].
         """
-        return nearest <= (-FRICTION_RESERVE if self._rubs else np.inf)
+        return nearest <= (-FRICTION_RESERVE if self._has_friction else np.inf)
 
     def constants(self) -> tuple[Array, Array]:
         """Return the stacked matrix (rows, 2 nv + 1) of all that is affine in the state, and S (nv, nv)."""
@@ -140,7 +140,7 @@ class InverseDynamics:
         return self._matrix, np.eye(self.arm.nv) if limit is None or limit.matrix is None else limit.matrix
 
     def limits(self) -> Array:
-        """Return (3, nv) the limits of S tau [N·m], and the accelerations that lower and upper bounds may demand."""
+        """Return (3, nv) the limits of S tau [N·m] and the largest demands of lower and upper bounds [rad/s²]."""
         limit = self._torque_limit
         torque = np.full(self.arm.nv, np.inf) if limit is None else limit.limit
         return np.vstack((torque, self._bounds.demand.reshape(2, -1)))
@@ -196,7 +196,7 @@ class InverseDynamics:
         offset = state.h if friction is None else state.h + friction
         if cancelled is not None:
             offset = offset + cancelled
-        if self._rubs and self._nearest > -FRICTION_RESERVE:
+        if self._has_friction and self._nearest > -FRICTION_RESERVE:
             return self._solve_near_limits(state, offset, friction)
         return self._solve(state, offset)
 
@@ -204,7 +204,7 @@ class InverseDynamics:
         """Solve for bounds on the accelerations that follow after friction has acted.
 
         The difference between friction and its feed-forward moves the joints in addition to the program's
-        accelerations. Next to a limit, friction that changes its sign with the motion would carry a light joint beyond.
+        accelerations. Next to a limit, friction that changes its sign with the motion would move a light joint beyond.
         Friction acts against the present motion, or against the motion that a first solution predicts. The bounds of
         the second solution hold for both, because the motion may differ from the prediction.
         """
@@ -242,7 +242,7 @@ class InverseDynamics:
         if solution.margin > ACTIVE:
             return ControllerOutput(Command(torque), solution.x, (), elapsed)
         if limit is not None:
-            # This cuts round-off only: the rows are hard, and the solver's answer was checked against them.
+            # This cuts only round-off: the rows are hard, and the solver's answer was checked against them.
             torque = limit.cut(torque)
         return ControllerOutput(Command(torque), solution.x, self._active(solution), elapsed)
 

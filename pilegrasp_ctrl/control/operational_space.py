@@ -1,4 +1,4 @@
-"""Operational-space motion control: the tool follows its reference as a unit mass does."""
+"""Operational-space motion control: the tool follows its reference as a unit mass would."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .friction_compensation import FrictionCompensation
 from .inverse_dynamics import LIMITS, InverseDynamics
 
 DEFAULT_GAINS = MotionGains(stiffness=[900.0, 900.0, 900.0, 1600.0, 1600.0, 1600.0])
-"""Stiffness of the tool's motion [1/s²], critically damped; chosen."""
+"""Default gains of the tool's motion [1/s²], critically damped; chosen."""
 
 
 class OperationalSpaceController:
@@ -59,12 +59,12 @@ class OperationalSpaceController:
             friction: Whether to feed the arm's joint friction forward, or the feed-forward itself.
             solver: Name of the solver: "daqp", "osqp", "proxqp" or "quadprog".
             rate: Rate at which you call `step` [Hz]; velocity and position limits look ahead by two periods.
-            compiled: Whether to run the usual period compiled, which needs numba; see `CompiledMotion`.
+            compiled: Whether to run the usual period in compiled code, which needs numba; see `CompiledMotion`.
 
         Raises:
             GainsError: The gains are not `MotionGains`.
-            ArgumentError: A weight or the posture cannot be used.
-            ConfigurationError: Another argument cannot be used.
+            ArgumentError: A weight or the posture is not usable.
+            ConfigurationError: Another argument is not usable.
         """
         self.arm = arm
         posture = posture if isinstance(posture, PostureTask) else PostureTask(posture)
@@ -95,7 +95,8 @@ class OperationalSpaceController:
             posture: (nv,) Preferred posture for this period [rad].
             state: `arm.update(observation.q, observation.v)`, if you have it already.
             disturbance: (nv,) Torque of the environment on the joints [N·m], as `DisturbanceObserver` estimates it. It
-                is cancelled within the torque limits. Do not give it in contact: it would fight the touched object.
+                is cancelled within the torque limits. Do not give it in contact, because it would work against the
+                touched object.
 
         Raises:
             ModelError: The observation has a wrong shape or a value that is not finite.

@@ -1,4 +1,4 @@
-"""Bounds on stiffness, inertia and force gain of an impedance that is sampled, with a delayed measurement."""
+"""Bounds on stiffness, inertia and force gain of an impedance in a sampled loop with a delayed measurement."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ..types import Array
 from .tool_axes import turn_state
 
 _RANGE = 1e6
-"""Largest factor of the stiffness that is searched, and the inverse of the smallest; chosen."""
+"""Largest stiffness factor that is searched, and the inverse of the smallest; chosen."""
 _BISECTIONS = 40
-"""Number of bisections of that range; chosen, enough for nine digits."""
+"""Number of bisections of the range of stiffness factors; chosen, enough for nine digits."""
 _ROUND_OFF = 1e-9
 """Excess of a spectral radius over 1 that counts as round-off; chosen."""
 
@@ -27,7 +27,7 @@ def tool_mobility(arm: ArmModel, impedance: Impedance, q: Array) -> Array:
 
     Args:
         arm: Arm with its tool.
-        impedance: Gains whose axes count; the axes of a tool frame are those of the tool at `q`.
+        impedance: Gains that define the axes; a tool frame has the axes of the tool at `q`.
         q: (nv,) Posture [rad].
     """
     state = arm.update(q, np.zeros(arm.nv))
@@ -51,8 +51,8 @@ def spectral_radius(mobility: Array, stiffness: Array, damping: Array, rate: flo
 
     Args:
         mobility: (6, 6) Inverse of the inertia that the tool shows [1/kg, 1/(kg m), 1/(kg m²)].
-        stiffness: (6, 6) [N/m, N·m/rad].
-        damping: (6, 6) [N·s/m, N·m·s/rad].
+        stiffness: (6, 6) Stiffness [N/m, N·m/rad].
+        damping: (6, 6) Damping [N·s/m, N·m·s/rad].
         rate: Control rate [Hz].
     """
     h, one = 1.0 / rate, np.eye(6)
@@ -88,14 +88,14 @@ def stiffness_margin(arm: ArmModel, impedance: Impedance, q: Array, rate: float 
 
 
 def check_stability(arm: ArmModel, impedance: Impedance, q: Array, rate: float, lag: float | None) -> None:
-    """Refuse gains that cannot work at a posture.
+    """Reject gains that cannot work at a posture.
 
     Args:
         arm: Arm with its tool.
         impedance: Gains.
         q: (nv,) Posture [rad].
         rate: Control rate [Hz].
-        lag: Lag of the wrench that shapes an inertia [s]; None leaves the inertia unchecked.
+        lag: Lag of the measured wrench [s]; None leaves the inertia unchecked.
 
     Raises:
         ConfigurationError: The sampled loop diverges in free motion, or a shaped inertia would ring against a stiff
@@ -103,10 +103,12 @@ def check_stability(arm: ArmModel, impedance: Impedance, q: Array, rate: float, 
     """
     if _diverges(_shown_mobility(arm, impedance, q), impedance, rate, 1.0):
         margin = stiffness_margin(arm, impedance, q, rate)
-        # A little less, so that the named share is accepted after it is rounded.
-        remedy = f"take at most {0.99 * margin:.3g} of its stiffness" if margin > 0.0 else "take less damping"
+        fault, remedy = "strongly damped", "take less damping"
+        if margin > 0.0:
+            # A slightly smaller share is named, so that it is accepted after rounding.
+            fault, remedy = "stiff", f"take at most {0.99 * margin:.3g} of its stiffness"
         raise ConfigurationError(
-            f"the impedance is too hard for {arm.name} at {rate:g} Hz: computed once a period, it diverges at the "
+            f"the impedance is too {fault} for {arm.name} at {rate:g} Hz: computed once per period, it diverges at the "
             f"preferred posture; {remedy}, or a higher rate"
         )
     if impedance.inertia is None or lag is None:
@@ -133,7 +135,7 @@ def least_inertia(arm: ArmModel, impedance: Impedance, q: Array, lag: float) -> 
 
         inertia >= m - D T
 
-    More damping and a faster sensor allow a lighter tool. A tool heavier than the arm needs neither.
+    More damping and a faster sensor allow a lighter tool. A tool with more inertia than the arm needs neither.
 
     Args:
         arm: Arm with its tool.
@@ -145,14 +147,14 @@ def least_inertia(arm: ArmModel, impedance: Impedance, q: Array, lag: float) -> 
         ConfigurationError: The impedance has no inertia.
     """
     if impedance.inertia is None:
-        raise ConfigurationError("the impedance shapes no inertia, so there is no least one; give it an inertia")
+        raise ConfigurationError("the impedance has no inertia, so there is no least one; give it an inertia")
     apparent = 1.0 / np.diagonal(tool_mobility(arm, impedance, q))
     damping = np.diagonal(ImpedanceTask(impedance).damping(np.diag(1.0 / impedance.inertia)))
     return np.maximum(0.0, apparent - lag * damping)
 
 
 def check_force_gain(arm: ArmModel, impedance: Impedance, q: Array, directions: Array, lag: float) -> None:
-    """Refuse a force gain that would swing against some wall.
+    """Reject a force gain with which the force would oscillate against some wall.
 
     Args:
         arm: Arm with its tool.
@@ -169,20 +171,20 @@ def check_force_gain(arm: ArmModel, impedance: Impedance, q: Array, directions: 
     largest = min(largest_force_gain(float(n @ damping @ n), float(n @ inertia @ n), lag) for n in directions)
     if impedance.force_gain >= largest:
         raise ConfigurationError(
-            f"force_gain = {impedance.force_gain:g} 1/s is too large: the corrected force would swing from "
-            f"{largest:.3g} 1/s on; take about a quarter of that"
+            f"force_gain = {impedance.force_gain:g} 1/s is too large: the corrected force would oscillate "
+            f"from {largest:.3g} 1/s on; take about a quarter of that"
         )
 
 
 def largest_force_gain(damping: float, inertia: float, lag: float = 0.0) -> float:
-    """Return the integral gain at which a force that is corrected by a late measurement begins to swing [1/s].
+    """Return the integral gain at which a force that is corrected by a late measurement begins to oscillate [1/s].
 
     Against a wall of stiffness k the hand is `m s² + D s + k`, the sensor `1 / (T s + 1)`, and the correction's
     integral `g / s`. Routh's criterion for all three together is
 
         g < D / (m + D T) + T² D k / (m + D T)²
 
-    The first term holds for every k and is returned. A quarter of it keeps the force from overshooting much.
+    The first term holds for every k and is returned. With a quarter of it, the force overshoots little.
 
     Args:
         damping: Damping D along the force [N·s/m].

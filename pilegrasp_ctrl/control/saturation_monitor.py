@@ -1,4 +1,4 @@
-"""Monitor of a controller whose torque limits bind, or whose solver fails, for too long."""
+"""Monitor of torque limits that bind, and of a solver that fails, for too long."""
 
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ SATURATION_TIME = 1.0
 class SaturationMonitor:
     """Counts the time for which each torque limit has been active without a break.
 
-    Limits may bind for a moment. A limit that binds for a second means that the arm cannot do what it is asked to.
+    Limits may bind for a moment. If a limit binds for a second, the arm cannot make the motion that its reference asks
+    for.
 
     Attributes:
-        time: Longest time without a break [s].
+        time: Longest time for which a limit may be active without a break [s].
     """
 
     def __init__(self, period: float, time: float = SATURATION_TIME) -> None:
-        """Start without a limit that binds; `period` is the control period [s]."""
+        """Start with no active limit; `period` is the control period [s]."""
         self.time, self._period = time, period
         self._since: dict[str, float] = {}
 
     def update(self, output: ControllerOutput) -> str | None:
-        """Count one more control period, and return what has lasted for too long, or None."""
+        """Count one control period; return the limit or failure that has lasted for too long, or None."""
         if not output.active_limits and not output.fallback:
             self._since.clear()
             return None

@@ -1,4 +1,4 @@
-"""States, references and wrenches in other axes than the world's, and about other points."""
+"""States, references and wrenches in axes other than the world's, and about other points."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..types import Array, Reference
 
 
 def turn_wrench(rotation: Array, wrench: Array) -> Array:
-    """Return (6,) a wrench or twist of the world's axes in axes with `rotation` (3, 3) to the world."""
+    """Return (6,) a wrench or twist, given in world axes, in axes with `rotation` (3, 3) to the world."""
     turned = np.empty(6)
     turned[:3] = wrench[:3].dot(rotation)
     turned[3:] = wrench[3:].dot(rotation)
@@ -19,8 +19,8 @@ def turn_wrench(rotation: Array, wrench: Array) -> Array:
 def turn_state(rotation: Array, state: ArmState) -> ArmState:
     """Return a state whose tool Jacobian, tool acceleration and twist are in axes with `rotation` (3, 3) to the world.
 
-    Laws and masks of a task with this state act along those axes. The axes count as fixed: they only name the
-    directions of this instant.
+    The laws and masks of a task then act along those axes. The axes count as fixed: they are only the directions at
+    this instant.
     """
     J = np.empty_like(state.J)
     np.dot(rotation.T, state.J[:3], out=J[:3])

@@ -121,9 +121,11 @@ def test_gains_with_a_desired_force_say_how_hard_and_the_caller_when(arm, frame)
 
 
 def test_gains_with_a_desired_force_need_free_gains(arm):
-    with pytest.raises(ConfigurationError, match="desired_force acts while a force is asked for; give free gains"):
+    with pytest.raises(
+        ConfigurationError, match="gains with a desired_force act only while a force is desired; give free gains"
+    ):
         create(arm, Impedance(100.0, desired_force=OWN))
-    with pytest.raises(ConfigurationError, match="free gains have a place only beside gains with a desired_force"):
+    with pytest.raises(ConfigurationError, match="free gains are used only beside gains with a desired_force"):
         create(arm, free=IMPEDANCE)
 
 
