@@ -1,4 +1,4 @@
-"""Validated scenarios: what a TOML file or `--set key=value` may say, and what it means."""
+"""Scenarios: read from a TOML file and `--set key=value`, checked key by key, and hashed."""
 
 from __future__ import annotations
 
@@ -32,22 +32,20 @@ from .sections import (
 )
 
 _SECTIONS_OF = {"line": {"line"}, "order": {"strategy", "order"}}
-"""Sections that a program reads, if they are not the strategy alone."""
+"""Sections that a program reads; programs that are not listed read `strategy` alone."""
 
 NEUTRAL_VALUES: dict[tuple[str, str], Any] = {("support", "slope_error_deg"): 0.0}
-"""Keys (section, name) that were added after the kept study was made, and the value that means the behaviour before.
-`config_hash` leaves out a key that has this value, so that the study's hashes stay valid."""
+"""Values, by (section, key), of keys that were added after the kept study was made. Each value means the behaviour
+before the key existed. `config_hash` leaves out a key that has this value, so that the study's hashes stay valid."""
 
 
 class Scenario(Section):
     """Complete description of an attempt; together with a seed it fixes the result."""
 
-    name: Name = Field(default="unnamed", description="the file's own name where absent")
+    name: Name = Field(default="unnamed", description="name; that of the file if absent")
     summary: Text = Field(default="", description="one line for `pilegrasp list`")
-    tags: tuple[Text, ...] = Field(default=(), description="words for `pilegrasp list --tag`")
-    program: Literal["grasp", "push", "line", "order"] = Field(
-        default="grasp", description="sequence of primitives that is carried out"
-    )
+    tags: tuple[Text, ...] = Field(default=(), description="tags for `pilegrasp list --tag`")
+    program: Literal["grasp", "push", "line", "order"] = Field(default="grasp", description="sequence of primitives")
     robot: Name = Field(default="wam7", description="arm: a folder of `robots/`")
     hand: Literal["rbo_hand2", "shovel"] = Field(default="rbo_hand2", description="end-effector")
     hand_model: HandModelConfig = HandModelConfig()
@@ -62,39 +60,39 @@ class Scenario(Section):
 
     @model_validator(mode="after")
     def _every_key_counts(self) -> Scenario:
-        """Refuse a value that the program does not read."""
+        """Reject a value that the program or the hand does not read."""
         idle = {"strategy", "line", "order"} - _SECTIONS_OF.get(self.program, {"strategy"})
         for section in sorted(idle):
             for key in getattr(self, section).changed():
                 raise PydanticCustomError(
                     "idle",
-                    "{key} has no effect where program = '{program}'; leave it out",
+                    "{key} has no effect if program = '{program}'; leave it out",
                     {"key": f"{section}.{key}", "program": self.program},
                 )
         if self.program == "line" and self.support.slope_error_deg != 0.0:
             raise PydanticCustomError(
                 "idle",
-                "{key} has no effect where program = 'line', which touches no floor; leave it out",
+                "{key} has no effect if program = 'line', which touches no floor; leave it out",
                 {"key": "support.slope_error_deg"},
             )
         for key in self.hand_model.pneumatic() if self.hand == "shovel" else ():
             raise PydanticCustomError(
                 "idle",
-                "{key} has no effect where hand = 'shovel', which is rigid; leave it out",
+                "{key} has no effect if hand = 'shovel', which is rigid; leave it out",
                 {"key": f"hand_model.{key}"},
             )
         return self
 
     @model_validator(mode="after")
     def _an_order_comes_from_a_bin(self) -> Scenario:
-        """Refuse an order that nothing can be picked from or with."""
+        """Reject an order without a bin, objects, or a hand that can release them."""
         if self.program == "order" and not (self.support.bin and self.hand == "rbo_hand2" and self.pile.count):
-            wanted = "support.bin = true, hand = 'rbo_hand2', which can let go, and pile.count of 1 or more"
+            wanted = "support.bin = true, hand = 'rbo_hand2', which can release objects, and pile.count of 1 or more"
             raise PydanticCustomError("idle", "program = 'order' needs {wanted}", {"key": "program", "wanted": wanted})
         return self
 
     def config_hash(self) -> str:
-        """Return 16 hex digits that are equal for scenarios that ask for the same physics and control.
+        """Return 16 hex digits that are equal for scenarios with the same physics and control.
 
         Name, summary and tags do not count. The files of gains and of the object count by their content.
 
@@ -126,7 +124,7 @@ def dotted_keys(section: type[Section] = Scenario, prefix: str = "") -> list[str
 
 
 def parse_overrides(texts: Iterable[str]) -> dict[str, Any]:
-    """Read `key=value` texts; a value that is no TOML is a bare string.
+    """Read `key=value` texts; a value that is not valid TOML is taken as a string.
 
     Raises:
         ConfigurationError: A text has no `=` or no key.
@@ -149,8 +147,8 @@ def build_scenario(
     """Validate a nested table and dotted overrides.
 
     Raises:
-        ConfigurationError: A key or value cannot be used; the sentence names it and what is allowed, and the source if
-            the value came from the table.
+        ConfigurationError: A key or value cannot be used. The error names it and the allowed values, and also the
+            source if the value comes from the table.
     """
     merged: dict[str, Any] = json.loads(_to_json(table, f"{source}: "))
     valid = dotted_keys()
@@ -168,19 +166,20 @@ def build_scenario(
         return Scenario.model_validate_json(json.dumps(merged), strict=True)
     except ValidationError as error:
         problems = error.errors()
-        # What was typed is not the file's fault.
+        # An error in the overrides alone does not name the file.
         prefix = "" if {_key(problem) for problem in problems} <= set(overrides or ()) else f"{source}: "
         raise ConfigurationError(prefix + "; ".join(_sentence(problem, valid) for problem in problems)) from error
 
 
 def load_scenario(name: str | Path, overrides: Mapping[str, Any] | None = None) -> Scenario:
-    """Read a scenario: the name of one that ships, or a TOML file.
+    """Read a shipped scenario by its name, or a TOML file.
 
-    Files of gains and objects are searched beside the scenario's own file; those in `overrides`, in the working
+    Paths of gains and objects in the file are relative to its folder; paths in `overrides` are relative to the working
     directory.
 
     Raises:
-        ConfigurationError: Nothing has that name, or the file is missing, is not TOML, or does not validate.
+        ConfigurationError: No shipped scenario has this name, or the file is missing, is not TOML, or does not
+            validate.
     """
     path = find(name)
     table = read_toml(path)
@@ -194,6 +193,7 @@ def load_scenario(name: str | Path, overrides: Mapping[str, Any] | None = None) 
 
 
 def _read(path: Path) -> bytes:
+    """Return the content of a file that a scenario names."""
     try:
         return path.read_bytes()
     except FileNotFoundError:
@@ -202,11 +202,12 @@ def _read(path: Path) -> bytes:
         raise ConfigurationError(f"{path}: cannot be read: {error.strerror}") from None
 
 
-def _to_json(value: Any, where: str) -> str:
+def _to_json(value: Any, source: str) -> str:
+    """Return a value as JSON; `source` begins the error of a value that JSON cannot hold."""
     try:
         return json.dumps(value, default=_plain)
     except (TypeError, ValueError, RecursionError) as error:
-        raise ConfigurationError(f"{where}holds a value that is no number, text, list or table: {error}") from None
+        raise ConfigurationError(f"{source}holds a value that is not a number, text, list or table: {error}") from None
 
 
 def _plain(value: Any) -> Any:
@@ -219,6 +220,7 @@ def _plain(value: Any) -> Any:
 
 
 def _suggest(key: str, valid: list[str]) -> str:
+    """Return the remedy for an unknown key: the nearest valid keys, or all of its section."""
     if inside := [name for name in valid if name.startswith(f"{key}.")]:
         return f"it is a table of {', '.join(inside)}"
     section, _, leaf = key.rpartition(".")
@@ -240,6 +242,7 @@ def _key(problem: Any) -> str:
 
 
 def _sentence(problem: Any, valid: list[str]) -> str:
+    """Return the error text of one of pydantic's problems."""
     key, fault, message = _key(problem), problem["type"], str(problem["msg"])
     if fault == "extra_forbidden":
         return f"unknown key {key!r}; {_suggest(key, valid)}"
@@ -253,7 +256,7 @@ def _sentence(problem: Any, valid: list[str]) -> str:
 
 
 def _allowed(fault: str, message: str) -> str:
-    """Say what a value must be; pydantic speaks of inputs and patterns."""
+    """Return the allowed values in the words of a scenario instead of pydantic's."""
     if fault == "string_pattern_mismatch":
         return "it must not hold control characters"
     if fault == "string_too_short":

@@ -1,4 +1,4 @@
-"""Files of the user: read TOML, check a place before the work starts, write whole files, lock a folder."""
+"""Files of the user: read TOML, check an output path before the work, write whole files, and lock a folder."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from typing import Any
 from .exceptions import ConfigurationError, ExportError, PilegraspError
 
 VIEWS = (".html", ".png", ".gif", ".mp4")
-"""Suffixes of what shows a recording: page, contact sheet, movies."""
+"""Suffixes of the files that show a recording: page, contact sheet and movies."""
+
 STUDY_FILE = "study.db"
 """Name of the store in the folder of a study."""
+
 RECORDINGS = "recordings"
 """Name of the folder of recordings beside the store of a study."""
 
@@ -25,7 +27,7 @@ def read_toml(path: Path, what: str = "", error: type[PilegraspError] = Configur
 
     Args:
         path: File to read.
-        what: Content of the file, for the sentence about a missing one, such as "of gains".
+        what: Content of the file, for the error about a missing file, such as "of gains".
         error: Type of the error.
 
     Raises:
@@ -37,19 +39,19 @@ def read_toml(path: Path, what: str = "", error: type[PilegraspError] = Configur
         raise error(f"{path}: no such file{f' {what}' if what else ''}") from None
     except OSError as problem:
         raise error(f"{path}: cannot be read: {problem.strerror}") from None
-    # Besides its own error and that of the encoding, tomllib raises others for huge integers and deep nesting.
+    # tomllib raises further errors for huge integers and deep nesting.
     except (ValueError, RecursionError) as problem:
         raise error(f"{path}: is not valid TOML: {problem}") from None
 
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Yield a place beside `path` to write to; it becomes `path` at the end, and vanishes after an error.
+    """Yield a path beside `path` to write to. The file is renamed to `path` at the end, and removed after an error.
 
     A reader sees either the old content or all of the new.
 
     Raises:
-        OSError: The place cannot be written.
+        OSError: The file cannot be written.
     """
     beside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
@@ -68,7 +70,7 @@ def write_whole(path: Path, content: bytes, *, durable: bool = False) -> None:
         durable: Whether to wait until the bytes are on the disk, so that they survive a power failure.
 
     Raises:
-        OSError: The place cannot be written; nothing is left behind.
+        OSError: The file cannot be written; nothing is left behind.
     """
     with whole_file(path) as beside, beside.open("wb") as file:
         file.write(content)
@@ -83,7 +85,7 @@ def write_output(path: Path, content: bytes, what: str = "file", *, durable: boo
     Args:
         path: File to write.
         content: Bytes of the file.
-        what: Content of the file, for the sentence about an error, such as "page".
+        what: Content of the file, for the error, such as "page".
         durable: Whether to wait until the bytes are on the disk.
 
     Raises:
@@ -113,7 +115,7 @@ def locked(folder: Path, what: str) -> Iterator[None]:
 
     Args:
         folder: Folder to lock.
-        what: Kind of the writer, for the sentence about an error, such as "study".
+        what: Name of the writer, for the error, such as "study".
 
     Raises:
         ConfigurationError: Another process holds the lock.
@@ -139,7 +141,7 @@ def check_output(path: Path, *suffixes: str) -> None:
     """Check that `path` ends in one of `suffixes` and can be written; leave nothing behind.
 
     Raises:
-        ExportError: The suffix is another, the folder does not exist, or the file may not be written.
+        ExportError: The suffix is not one of these, the folder does not exist, or the file cannot be written.
     """
     if path.suffix not in suffixes:
         listed = " or ".join(filter(None, (", ".join(suffixes[:-1]), suffixes[-1])))
@@ -154,8 +156,8 @@ def check_output(path: Path, *suffixes: str) -> None:
             raise ExportError(f"{path}: the folder {folder} does not exist; make it first")
         if path.exists() and not os.access(path, os.W_OK):
             raise ExportError(f"{path}: the file exists and may not be overwritten")
-        # Only an attempt tells: permission bits say nothing to root, nor about a read-only file system. The name is as
-        # long as that of the incomplete file.
+        # Permission bits do not cover root and read-only file systems, so a file is written. Its name is as long as
+        # that of the incomplete file.
         with tempfile.NamedTemporaryFile(dir=folder, prefix=f".{path.name}.", suffix=".part"):
             pass
     except OSError as error:

@@ -1,4 +1,4 @@
-"""What a result rests on: versions of packages, and the code of the rooms that decide it."""
+"""Origin of a result: versions of the packages and a digest of the code that decide it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,6 @@ DECIDING_PACKAGES = ("mujoco", "pin", "numpy", "daqp", "mink")
 
 ROOMS: tuple[tuple[str, ...], ...] = (
     ("types", "exceptions", "files", "config", "sections", "provenance", "statistics", "robots", "scenarios"),
-    ("kernels",),
     ("arm",),
     ("tasks", "limits", "qp"),
     ("control",),
@@ -38,11 +37,11 @@ ROOMS: tuple[tuple[str, ...], ...] = (
     ("sim",),
     ("recorder", "episode", "programs"),
     ("viewer",),
-    ("study", "tuning", "search", "validation"),
+    ("study", "tuning", "validation"),
     ("cli", "scripts", "__init__", "__main__"),
 )
 """Rooms and files of the package, lowest first: a room imports from its own row and from the rows above it. `scenarios`
-and `robots` are the finders alone; what runs in `scenarios/` belongs to `scripts`."""
+and `robots` are the two finders alone. The scripts in `scenarios/` are the room `scripts`."""
 
 DECIDING_ROOMS = tuple(room for row in ROOMS[: ROOMS.index(("viewer",))] for room in row)
 """Rooms whose code decides the result of an attempt."""
@@ -54,7 +53,7 @@ def versions(*more: str) -> dict[str, str]:
 
 
 def dependencies() -> tuple[str, ...]:
-    """Return the packages that the library needs, extras left out; the deciding ones if it is not installed."""
+    """Return the required packages without extras; `DECIDING_PACKAGES` if the library is not installed."""
     try:
         lines = requires("pilegrasp") or ()
     except PackageNotFoundError:
@@ -73,7 +72,7 @@ def digest(parts: Iterable[tuple[str, bytes]]) -> str:
 
 @cache
 def code_digest() -> str:
-    """Return a digest of the code that decides a result; read once, because the process runs what it has imported."""
+    """Return a digest of the code that decides a result. It is read once, because imported code does not change."""
     return digest((str(file.relative_to(_PACKAGE)), file.read_bytes()) for file in deciding_files())
 
 

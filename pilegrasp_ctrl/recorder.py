@@ -1,4 +1,4 @@
-"""What the closed loop writes down: it samples bodies, contacts and signals, and makes a recording of them."""
+"""Sampling of the closed loop: bodies, contacts and signals become a recording."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from .sim.readout import FRAME_PERIOD, ContactForces, drawn_bodies, next_multipl
 from .types import Array, Observation
 
 SIGNAL_PERIOD = 0.01
+"""Simulated time between two samples of the signals [s]; chosen."""
+
 UNITS = {
     "push_force": "N",
     "normal_force": "N",
@@ -30,14 +32,14 @@ UNITS = {
     "tool_position": "m",
     "reference_position": "m",
 }
-"""Signals of a recording and their units."""
+"""Names of a recording's signals, and their units."""
 
 
 class Recorder:
     """Samples bodies and contacts at 30 Hz and signals at 100 Hz.
 
-    No wall-clock time enters, so equal attempts give equal bytes. Positions are in the scene's frame. Wrenches and
-    forces are along the axes that the arm believes to be the world's.
+    No wall-clock time is recorded, so equal attempts give equal bytes. Positions are in the scene's frame. Wrenches and
+    forces are along the axes that the arm takes for the world's.
 
     Attributes:
         push_direction: (3,) unit vector along which the force of the push is recorded.
@@ -65,7 +67,7 @@ class Recorder:
         *,
         always: bool = False,
     ) -> None:
-        """Record a control tick if it is due, or `always`; forces are relative to the wrench `zero` (6,)."""
+        """Record a control tick if a sample is due, or `always`; forces are relative to the wrench `zero` (6,)."""
         if observation.time >= self._next_frame - 1e-9:
             self._next_frame = next_multiple(observation.time, FRAME_PERIOD)
             self._frames.append((observation.time, *self._simulation.poses(self._ids)))

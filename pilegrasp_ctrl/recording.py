@@ -22,13 +22,13 @@ FORMAT = "pilegrasp-recording"
 """Name of the format in the file's header."""
 
 VERSION = 2
-"""Version that `Recording.save` writes."""
+"""Version of the files that `Recording.save` writes."""
 
 READABLE = (1, 2)
-"""Versions that `Recording.load` reads. Version 1 has no contacts."""
+"""Versions of the files that `Recording.load` reads. Version 1 has no contacts."""
 
 MAX_BYTES = 1 << 30
-"""Largest unpacked size of a file that is read [bytes]; chosen far above a recording of ten minutes."""
+"""Largest unpacked size of a file that is read [bytes]; chosen far above that of a recording of ten minutes."""
 
 MAX_TIME = 1e7
 """Largest time in a recording [s]; chosen."""
@@ -39,6 +39,7 @@ _CONTACT_ENTRIES = ("start", "bodies", "position", "force")
 
 
 def _increasing_times(value: ArrayLike, name: str) -> NDArray[np.float64]:
+    """Return a read-only copy of strictly increasing times."""
     times = finite_array(value, np.float64, name)
     if times.ndim != 1 or (np.diff(times) <= 0.0).any():
         raise RecordingError(f"{name} is not a list of strictly increasing times")
@@ -56,7 +57,7 @@ def _json_value(value: Any) -> Any:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
-    """One attempt: F frames of B bodies, and signals at S times of their own.
+    """Recording of one attempt: F frames of B bodies, and signals at S other times.
 
     The numbers have the types of the file, so a saved and loaded recording is the same to the last bit. NaN, infinite
     values, non-increasing times and non-unit quaternions are rejected, both on writing and on reading.
@@ -180,7 +181,7 @@ class Recording:
             raise RecordingError(f"{str(path)!r} cannot be read as a recording: {error}") from error
         except OSError as error:
             raise RecordingError(f"{str(path)!r} cannot be read: {error.strerror or error}") from error
-        # Damaged archives make zipfile, zlib and numpy raise a dozen unrelated types, which mean the same to a user.
+        # For damaged archives, zipfile, zlib and numpy raise a dozen unrelated types of errors.
         except Exception as error:
             raise RecordingError(
                 f"{str(path)!r} cannot be read as a recording: the file is damaged or is not an .npz of this program"
@@ -190,11 +191,11 @@ class Recording:
     def _from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> Self:
         header = json.loads(str(arrays.pop("header"))) if "header" in arrays else None
         if not isinstance(header, dict) or header.get("format") != FORMAT:
-            raise RecordingError(f"it does not carry the name {FORMAT!r}")
+            raise RecordingError(f"its header does not hold the format {FORMAT!r}")
         if header.get("version") not in READABLE:
             known = " and ".join(map(str, READABLE))
             raise RecordingError(f"it has version {header.get('version')!r}; this program reads versions {known}")
-        # A damaged archive can lose entries without an error, so the header names the signals too.
+        # A damaged archive can lose entries without an error, so the header lists the signals, too.
         signals = {name: _SIGNAL_PREFIX + name for name in header["signals"]}
         contacts = {name: _CONTACT_PREFIX + name for name in _CONTACT_ENTRIES} if header.get("contacts") else {}
         expected = {"frame_time", "body_position", "body_quaternion", "signal_time"}

@@ -16,7 +16,7 @@ ROLES = ("arm", "hand", "object", "support", "sensor")
 """Roles of a body."""
 
 SIZE_LENGTH = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3, "plane": 2}
-"""Number of sizes by kind of shape."""
+"""Number of entries of `Shape.size` by `Shape.kind`."""
 
 UNIT_TOLERANCE = 1e-3
 """Largest deviation of a quaternion's norm from 1 [-]; chosen above the rounding of float32."""
@@ -24,10 +24,10 @@ UNIT_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A primitive fixed to a body.
+    """A geometric primitive that is fixed to a body.
 
     Attributes:
-        kind: Kind of the shape: sphere, capsule, cylinder, box, ellipsoid or plane.
+        kind: Name of the primitive: sphere, capsule, cylinder, box, ellipsoid or plane.
         size: Half sizes as in MuJoCo [m]: sphere (radius), capsule and cylinder (radius, half length along the local z
             axis, without the caps), box (half extents), ellipsoid (radii), plane (half extents along x and y; 0 for an
             unbounded plane). Further entries are dropped.
@@ -87,7 +87,7 @@ class Body:
         shapes: Shapes fixed to the body.
 
     Raises:
-        RecordingError: The name is empty, the role is unknown, or an entry of `shapes` is no Shape.
+        RecordingError: The name is empty, the role is unknown, or an entry of `shapes` is not a Shape.
     """
 
     name: str
@@ -114,8 +114,8 @@ class Contacts:
     The rows `start[f]` to `start[f + 1]` of the other arrays belong to frame f.
 
     Attributes:
-        start: (F + 1,) int64 row indices from 0 to K, not decreasing.
-        bodies: (K, 2) int32 indices of the two bodies in the recording.
+        start: (F + 1,) non-decreasing row indices from 0 to K, int64.
+        bodies: (K, 2) indices of the two bodies in the recording, int32.
         position: (K, 3) contact points in the scene's frame, float32 [m].
         force: (K, 3) forces of the second body on the first, in the scene's axes, float32 [N].
 
@@ -167,7 +167,7 @@ def finite_array(value: ArrayLike, dtype: type, name: str) -> NDArray[Any]:
         name: Name of the array in an error.
 
     Raises:
-        RecordingError: A value is not a number, is not finite in `dtype`, or is not whole although `dtype` is.
+        RecordingError: A value is not a number, is not finite in `dtype`, or is not an integer for an integer `dtype`.
     """
     try:
         with np.errstate(over="ignore", invalid="ignore"):
@@ -184,6 +184,7 @@ def finite_array(value: ArrayLike, dtype: type, name: str) -> NDArray[Any]:
 
 
 def _finite_tuple(value: Any, length: int, name: str) -> tuple[float, ...]:
+    """Return `length` finite floats; `name` is that of the value in an error."""
     try:
         numbers = tuple(float(x) for x in value)
     except (TypeError, ValueError) as error:

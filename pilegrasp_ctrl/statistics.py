@@ -1,14 +1,15 @@
-"""Rates with their intervals, the tests that compare them, and Markdown tables to print them in."""
+"""Rates with confidence intervals, tests that compare rates, and Markdown tables."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 CONFIDENCE = 0.95
-"""Confidence of every interval that is printed; chosen, as usual."""
+"""Confidence of every printed interval [-]; chosen, as usual."""
 
 LARGE = 20_000
-"""Product of two sample sizes above which Barnard's test takes seconds and the approximate test is as good."""
+"""Product of two sample sizes above which the chi-squared test replaces Barnard's [-]; chosen. Barnard's test then
+takes seconds, and the approximate test is as good."""
 
 
 def wilson(successes: int, n: int) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""What holds for every test: one core for each process, and a browser or one line that says there is none."""
+"""Settings of all tests: one core for each process, and a skip if there is no browser."""
 
 import os
 
@@ -12,7 +12,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 
 def pytest_collection_modifyitems(items):
-    """Skip the tests of pages in a browser where there is none; in CI there must be one."""
+    """Skip the tests that need a browser if there is none; CI must have one."""
     if find_chromium() is not None:
         return
     shown = [item for item in items if item.get_closest_marker("browser")]

@@ -1,4 +1,4 @@
-"""What a scenario may say, and what it means."""
+"""Scenarios: keys, values, files, overrides and their errors."""
 
 import datetime
 import re
@@ -13,7 +13,7 @@ from pilegrasp_ctrl.scenarios import find, names
 from places import DOCS
 from scenario_table import table
 
-# What each shipped scenario may change of the defaults, which are those of spheres_wall: what its name says.
+# Keys that each shipped scenario changes from the defaults, which are those of spheres_wall.
 DIFFERENCES = {
     "spheres_wall": {},
     "spheres_corner": {"support.kind": "corner"},
@@ -44,7 +44,7 @@ def test_the_shipped_scenarios_are_the_expected_ones():
 
 
 @pytest.mark.parametrize("name", sorted(DIFFERENCES))
-def test_a_shipped_scenario_differs_only_in_what_its_name_says(name):
+def test_a_shipped_scenario_changes_only_the_keys_that_its_name_names(name):
     scenario, default = load_scenario(name), Scenario()
     assert scenario.name == name
     assert scenario.summary
@@ -142,18 +142,18 @@ def test_a_value_that_is_not_allowed_is_named(key, value):
         ("line", "strategy.theta_deg", 30.0),
     ],
 )
-def test_a_key_that_the_program_does_not_look_at_is_refused(program, key, value):
-    with pytest.raises(ConfigurationError, match=f"{key} has no effect where program = '{program}'"):
+def test_a_key_that_the_program_does_not_read_is_rejected(program, key, value):
+    with pytest.raises(ConfigurationError, match=f"{key} has no effect if program = '{program}'"):
         build_scenario({"program": program}, {key: value})
 
 
 @pytest.mark.parametrize("value", [[0.1, 0.2], [0.1, 0.2, 0.3, 0.4], "0.1, 0.2, 0.3", 0.1])
-def test_what_is_no_vector_is_shown_one(value):
+def test_the_error_of_a_wrong_vector_shows_a_valid_one(value):
     with pytest.raises(ConfigurationError, match=r"line\.start = .* list of 3 numbers, such as \[0\.5, 0\.0, 0\.2\]"):
         build_scenario({"program": "line"}, {"line.start": value})
 
 
-def test_the_entry_of_a_vector_is_named():
+def test_the_error_names_the_wrong_entry_of_a_vector():
     with pytest.raises(ConfigurationError, match=r"^line\.start\[1\] = 10 is not allowed: it must be at most 2$"):
         build_scenario({"program": "line"}, {"line.start": [0, 10, 0]})
 
@@ -187,12 +187,12 @@ def test_a_misspelt_key_is_an_error_with_a_suggestion(key, tmp_path):
         ("support.walls", "valid keys are support.kind, support.tilt_deg, support.slope_error_deg, support.bin"),
     ],
 )
-def test_a_suggestion_heeds_the_tables(key, words):
+def test_a_suggestion_comes_from_the_same_table(key, words):
     with pytest.raises(ConfigurationError, match=re.escape(f"unknown key '{key}'; {words}")):
         build_scenario({}, {key: 1})
 
 
-def test_what_was_typed_is_not_the_files_fault(tmp_path):
+def test_an_error_in_an_override_does_not_name_the_file(tmp_path):
     file = write(tmp_path, "pile.count = 5")
     with pytest.raises(ConfigurationError, match=r"^pile\.count = -5 is not allowed: it must be at least 0$"):
         load_scenario(file, {"pile.count": -5})
@@ -200,7 +200,7 @@ def test_what_was_typed_is_not_the_files_fault(tmp_path):
         load_scenario(write(tmp_path, "pile.mass = -1"), {"pile.count": 5})
 
 
-def test_a_key_like_no_other_lists_the_valid_ones_of_its_section():
+def test_the_error_of_an_unknown_key_lists_the_valid_keys_of_its_section():
     with pytest.raises(ConfigurationError, match=r"valid keys are sensor\.cutoff, sensor\.force_noise") as caught:
         build_scenario({}, {"sensor.zzzzzz": 1})
     assert "pile.count" not in str(caught.value)
@@ -227,25 +227,29 @@ def test_every_problem_is_reported_in_one_sentence():
     assert all(key in text for key in ("pile.count", "'pile.mas'", "sensor.cutoff"))
 
 
-def test_overrides_win_over_the_table_and_leave_it_alone():
+def test_overrides_replace_values_of_the_table_and_do_not_change_it():
     table = {"pile": {"count": 3, "scale": 2.0}}
     scenario = build_scenario(table, {"pile.count": 4})
     assert (scenario.pile.count, scenario.pile.scale) == (4, 2.0)
     assert table == {"pile": {"count": 3, "scale": 2.0}}
 
 
-def test_numpy_values_are_taken_as_numbers():
+def test_numpy_values_are_accepted_as_numbers():
     scenario = build_scenario({"program": "line"}, {"pile.count": np.int64(3), "pile.mass": np.float64(0.1)})
     assert (scenario.pile.count, scenario.pile.mass) == (3, 0.1)
     scenario = build_scenario({"program": "line"}, {"line.start": np.ones(3)})
     assert scenario.line.start == (1.0, 1.0, 1.0)
 
 
-def test_a_value_without_a_meaning_is_an_error():
+def test_a_value_of_an_unsupported_type_is_an_error():
     date = datetime.date(2021, 5, 30)
-    with pytest.raises(ConfigurationError, match=r"^pile\.count holds .* no number, text, list or table: 2021-05-30"):
+    with pytest.raises(
+        ConfigurationError, match=r"^pile\.count holds .* not a number, text, list or table: 2021-05-30"
+    ):
         build_scenario({}, {"pile.count": date})
-    with pytest.raises(ConfigurationError, match=r"^mine\.toml: holds .* no number, text, list or table: 2021-05-30"):
+    with pytest.raises(
+        ConfigurationError, match=r"^mine\.toml: holds .* not a number, text, list or table: 2021-05-30"
+    ):
         build_scenario({"name": date}, source="mine.toml")
 
 
@@ -264,7 +268,7 @@ def test_a_setting_is_read_as_toml_or_as_text(text, key, value):
     assert parse_overrides([text]) == {key: value}
 
 
-def test_the_last_setting_wins():
+def test_the_last_of_two_settings_of_a_key_counts():
     assert parse_overrides(["pile.count=5", "pile.count=6"]) == {"pile.count": 6}
 
 
@@ -279,7 +283,7 @@ def test_a_scenario_is_frozen():
         Scenario().pile.count = 3
 
 
-def test_a_file_without_a_name_is_called_after_itself(tmp_path):
+def test_a_scenario_without_a_name_gets_that_of_its_file(tmp_path):
     assert load_scenario(write(tmp_path, "")).name == "mine"
     assert load_scenario(write(tmp_path, 'name = "yours"')).name == "yours"
     assert load_scenario(str(write(tmp_path, ""))).name == "mine"
@@ -302,7 +306,7 @@ def test_a_file_that_is_not_toml_is_named(tmp_path, content, message):
         load_scenario(path)
 
 
-def test_a_byte_order_mark_is_no_error(tmp_path):
+def test_a_byte_order_mark_is_accepted(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_bytes("name = 'yours'".encode("utf-8-sig"))
     assert load_scenario(path).name == "yours"
@@ -324,5 +328,5 @@ def test_an_unknown_name_is_an_error_with_a_suggestion():
         find("")
 
 
-def test_a_suffix_in_capitals_is_one_too():
+def test_a_suffix_in_capitals_also_marks_a_file():
     assert find("mine.TOML") == Path("mine.TOML")

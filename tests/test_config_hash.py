@@ -1,4 +1,4 @@
-"""The hash of a scenario: equal for equal physics and control, and for nothing else."""
+"""The hash of a scenario: equal only for equal physics and control."""
 
 import re
 
@@ -12,7 +12,7 @@ def test_the_hash_is_16_hex_digits():
     assert re.fullmatch("[0-9a-f]{16}", Scenario().config_hash())
 
 
-def test_the_hash_ignores_what_does_not_enter_the_physics():
+def test_the_hash_ignores_name_summary_and_tags():
     scenario = Scenario(name="a", summary="b", tags=("c",))
     assert scenario.config_hash() == Scenario().config_hash()
 
@@ -38,16 +38,16 @@ CHANGED = {"pile.object": "cube", "support.kind": "none", "program": "push", "ha
         ("sim.contact_rule", "product"),
     ],
 )
-def test_the_hash_depends_on_what_enters_the_physics(key, value):
+def test_the_hash_depends_on_every_key_of_physics_and_control(key, value):
     assert build_scenario({}, {key: value}).config_hash() != Scenario().config_hash()
 
 
-def test_the_hash_depends_on_the_line_where_it_is_followed():
+def test_the_hash_depends_on_the_line_if_the_program_is_line():
     line = {"program": "line"}
     assert build_scenario(line, {"line.start": [0.5, 0.0, 0.2]}).config_hash() != build_scenario(line).config_hash()
 
 
-def test_the_hash_follows_the_content_of_the_gains_wherever_they_lie(tmp_path):
+def test_the_hash_depends_on_the_content_of_the_gains_and_not_on_their_path(tmp_path):
     hashes = []
     for folder, text in (("a", "x = 1"), ("b", "x = 1"), ("c", "x = 2")):
         (tmp_path / folder).mkdir()
@@ -60,6 +60,6 @@ def test_the_hash_follows_the_content_of_the_gains_wherever_they_lie(tmp_path):
     assert hashes[0] == hashes[1] != hashes[2]
 
 
-def test_missing_gains_are_named():
+def test_the_error_names_missing_gains():
     with pytest.raises(ConfigurationError, match=r"nowhere\.toml: no such file"):
         build_scenario({}, {"controller.gains": "nowhere.toml"}).config_hash()

@@ -1,4 +1,4 @@
-"""Whole attempts, nothing replaced: what happens in which order, to the last bit."""
+"""Whole attempts without replaced parts: their sequence, result and recording, to the last bit."""
 
 import json
 
@@ -31,7 +31,7 @@ CONTROL_PERIOD = 0.002
 
 @pytest.fixture(scope="module", autouse=True)
 def cache(tmp_path_factory):
-    """Every pile is settled here first: nothing depends on what this machine has done before."""
+    """Give these tests an empty cache of piles of their own."""
     folder = tmp_path_factory.mktemp("cache")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder))
@@ -58,7 +58,7 @@ def scoop(cache):
     return run("spheres_wall", seed=0, record=True, overrides={"hand": "shovel"})
 
 
-def told(outcomes):
+def summarised(outcomes):
     return [(outcome.name, outcome.status, outcome.trigger) for outcome in outcomes]
 
 
@@ -66,7 +66,7 @@ def told(outcomes):
 
 
 def test_beside_a_wall_the_hand_approaches_pushes_closes_and_lifts(grasp):
-    assert told(grasp.outcomes) == [
+    assert summarised(grasp.outcomes) == [
         ("approach", "ended", "surface contact"),
         ("push", "ended", "grasp force"),
         ("grasp", "ended", "closed"),
@@ -88,8 +88,8 @@ def test_the_push_ends_at_the_first_tick_at_which_the_force_is_reached(grasp):
     assert wanted <= grasp.outcomes[1].peak_force < 1.3 * wanted
 
 
-def test_the_shovel_carries_out_the_same_primitives_by_tilting_back(scoop):
-    assert told(scoop.outcomes) == [
+def test_the_shovel_runs_the_same_primitives_and_tilts_back(scoop):
+    assert summarised(scoop.outcomes) == [
         ("approach", "ended", "surface contact"),
         ("push", "ended", "grasp force"),
         ("grasp", "ended", "tilted back"),
@@ -112,11 +112,11 @@ def test_without_a_support_the_push_finds_no_force_and_nothing_closes(alone):
 
 def test_a_push_into_the_bare_wall_ends_by_the_force_and_grasps_nothing():
     result = run("push_wall")
-    assert told(result.outcomes) == [("approach", "ended", "surface contact"), ("push", "ended", "grasp force")]
+    assert summarised(result.outcomes) == [("approach", "ended", "surface contact"), ("push", "ended", "grasp force")]
     assert (result.success, result.grasped, result.reason) == (True, 0, "")
 
 
-# --- what is told -----------------------------------------------------------------------------------------------------
+# --- result and recording ---------------------------------------------------------------------------------------------
 
 
 def test_the_result_as_a_dictionary_has_the_promised_keys(grasp):
@@ -141,7 +141,7 @@ def test_the_dictionary_is_json(request, name):
     assert json.loads(json.dumps(facts, allow_nan=False)) == facts
 
 
-def test_the_recording_says_what_it_is_of(grasp):
+def test_the_recording_names_its_scenario_and_outcome(grasp):
     facts = grasp.as_dict()
     meta = grasp.recording.meta
     for key in ("scenario", "seed", "config_hash", "success", "grasped", "reason", "outcomes"):
@@ -152,7 +152,7 @@ def test_the_recording_says_what_it_is_of(grasp):
 def test_the_recording_is_sampled_at_its_rates_from_beginning_to_end(grasp):
     recording = grasp.recording
     start, end = grasp.outcomes[0].start, grasp.outcomes[-1].end
-    # What ended a primitive is a sample out of turn.
+    # The end of a primitive is an additional sample.
     ends = [outcome.end for outcome in grasp.outcomes]
     regular = recording.signal_time[~np.isin(recording.signal_time, ends)]
     for times, period in ((recording.frame_time, 1.0 / 30.0), (regular, 0.01)):
@@ -171,7 +171,7 @@ def test_the_recorded_force_reaches_the_threshold_where_the_push_ends(grasp):
     assert force.argmax() > 0.9 * len(force)
 
 
-def test_the_recorded_objects_rise_that_were_counted(grasp):
+def test_as_many_recorded_objects_rise_as_were_counted(grasp):
     recording = grasp.recording
     objects = [index for index, body in enumerate(recording.bodies) if body.role == "object"]
     rise = recording.body_position[-1, objects, 2] - recording.body_position[0, objects, 2]
@@ -179,7 +179,7 @@ def test_the_recorded_objects_rise_that_were_counted(grasp):
     assert np.count_nonzero(rise > 0.1) == grasp.grasped
 
 
-def test_progress_tells_time_and_primitive():
+def test_progress_reports_time_and_primitive():
     calls = []
     result = run("push_wall", progress=lambda time, name: calls.append((time, name)))
     times = [time for time, _ in calls]
@@ -217,7 +217,7 @@ def test_recording_does_not_change_the_attempt(line):
     assert unrecorded.outcomes == line.outcomes
 
 
-def test_a_saved_recording_is_read_back_as_it_was(grasp, tmp_path):
+def test_a_saved_recording_is_read_back_unchanged(grasp, tmp_path):
     file = tmp_path / "attempt.npz"
     grasp.recording.save(file)
     again = Recording.load(file)
@@ -225,7 +225,7 @@ def test_a_saved_recording_is_read_back_as_it_was(grasp, tmp_path):
     assert again.meta == grasp.recording.meta
 
 
-def test_another_seed_is_another_pile_and_another_noise(alone):
+def test_another_seed_gives_another_pile_and_other_noise(alone):
     other = run("spheres_alone", seed=1, record=True)
     assert other.config_hash == alone.config_hash
     assert other.outcomes != alone.outcomes
@@ -240,7 +240,7 @@ def test_another_seed_is_another_pile_and_another_noise(alone):
 
 
 def test_a_line_in_free_space_is_tracked(line):
-    assert told(line.outcomes) == [("line", "ended", "end of the line")]
+    assert summarised(line.outcomes) == [("line", "ended", "end of the line")]
     recording, phase = line.recording, line.outcomes[0]
     during = (recording.signal_time >= phase.start) & (recording.signal_time <= phase.end)
     error = recording.signals["tracking_error"][during]
@@ -267,7 +267,7 @@ def test_no_limit_is_exceeded(request, name):
     assert (signals["q"] <= joints["position_upper"]).all()
 
 
-def test_an_observer_of_the_loop_is_told_each_part_and_changes_nothing(tmp_path, monkeypatch):
+def test_an_observer_of_the_loop_is_called_after_each_part_and_changes_nothing(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     scenario, told = load_scenario("free_space_line", {"line.displacement": [0.0, 0.03, 0.0]}), []
     plain = run_attempt(prepare(scenario, 0))

@@ -1,4 +1,4 @@
-"""What cannot be done is said before anything moves, and what goes wrong stops an attempt at once."""
+"""Faults: impossible attempts are rejected before anything moves, and faults stop an attempt at once."""
 
 import gc
 import tempfile
@@ -18,14 +18,14 @@ CONTROL_PERIOD = 0.002
 
 @pytest.fixture(scope="module", autouse=True)
 def cache(tmp_path_factory):
-    """Every pile is settled here first: nothing depends on what this machine has done before."""
+    """Give these tests an empty cache of piles of their own."""
     folder = tmp_path_factory.mktemp("cache")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder))
         yield folder
 
 
-# --- what cannot be done is found out before anything moves -----------------------------------------------------------
+# --- impossible attempts ----------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -55,7 +55,7 @@ def still(monkeypatch):
         ("spheres_wall", {"pile.scale": 4.0, "pile.count": 10}, PileError, ["216 mm", "150 mm", "pile.scale"]),
     ],
 )
-def test_what_cannot_be_done_is_said_before_anything_moves(still, scenario, overrides, error, words):
+def test_an_impossible_attempt_is_rejected_before_anything_moves(still, scenario, overrides, error, words):
     with pytest.raises(error) as caught:
         run(scenario, overrides=overrides)
     assert "\n" not in str(caught.value)
@@ -64,20 +64,20 @@ def test_what_cannot_be_done_is_said_before_anything_moves(still, scenario, over
 
 
 @pytest.mark.parametrize(("kind", "given"), [("operational_space", "impedance"), ("impedance", "operational_space")])
-def test_gains_of_the_wrong_kind_are_refused(still, kind, given):
+def test_gains_of_the_other_controller_are_rejected(still, kind, given):
     overrides = {"controller.kind": kind, "controller.gains": str(path("wam7", f"{given}.toml"))}
     with pytest.raises(ConfigurationError, match=f"{given}.toml.*controller.kind = '{kind}'"):
         run("push_wall", overrides=overrides)
 
 
-def test_a_negative_seed_and_overrides_without_a_file_are_refused(still):
+def test_a_negative_seed_and_overrides_without_a_file_are_rejected(still):
     with pytest.raises(ConfigurationError, match="seed = -1"):
         run("push_wall", seed=-1)
     with pytest.raises(ConfigurationError, match="load_scenario"):
         run(load_scenario("push_wall"), overrides={"pile.count": 3})
 
 
-# --- what goes wrong on the way ---------------------------------------------------------------------------------------
+# --- faults during an attempt -----------------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -100,7 +100,7 @@ def test_the_watchdog_stops_an_attempt_and_the_collector_runs_again(last_states,
 
 @pytest.mark.parametrize("when", [0.2, 1.0])
 def test_a_simulation_that_diverges_is_stopped_at_once(last_states, monkeypatch, when):
-    """MuJoCo's own answer to a state that is not finite is to start again from time zero."""
+    """MuJoCo alone would start again from time zero if a state is not finite."""
     step = Simulation.step
     monkeypatch.chdir(last_states)
 
@@ -116,7 +116,7 @@ def test_a_simulation_that_diverges_is_stopped_at_once(last_states, monkeypatch,
     assert gc.isenabled()
 
 
-def test_an_error_of_another_kind_leaves_the_collector_as_it_was(monkeypatch):
+def test_another_error_restores_the_collector(monkeypatch):
     def fail(*_):
         raise ZeroDivisionError
 

@@ -1,4 +1,4 @@
-"""Files are read with a sentence, and written whole or not at all."""
+"""Files: errors of reading, and files that are written whole or not at all."""
 
 import pytest
 
@@ -30,14 +30,14 @@ def test_a_table_is_read_with_or_without_a_byte_order_mark(tmp_path):
     ("content", "words"),
     [(b"key = ", "is not valid TOML"), (b"\xff", "is not valid TOML"), (b"a = " + b"[" * 5000, "is not valid TOML")],
 )
-def test_what_is_no_toml_is_refused_with_the_name_of_the_file(tmp_path, content, words):
+def test_the_error_of_invalid_toml_names_the_file(tmp_path, content, words):
     file = tmp_path / "table.toml"
     file.write_bytes(content)
     with pytest.raises(ConfigurationError, match=f"table.toml: {words}"):
         read_toml(file)
 
 
-def test_a_missing_file_is_named_with_what_it_should_hold(tmp_path):
+def test_the_error_names_a_missing_file_and_its_content(tmp_path):
     with pytest.raises(ModelError, match=r"gone\.toml: no such file of gains$"):
         read_toml(tmp_path / "gone.toml", "of gains", ModelError)
     with pytest.raises(ConfigurationError, match="cannot be read"):

@@ -1,4 +1,4 @@
-"""Who may import whom: control never sees the simulator, a recording is enough to draw, and importing is cheap."""
+"""Rules of imports: control does not import the simulator, analysis needs a recording alone, and imports are cheap."""
 
 import ast
 import subprocess
@@ -20,13 +20,13 @@ CONTROL = {"pinocchio"} | SOLVERS
 RANK = {room: rank for rank, row in enumerate(ROOMS) for room in row}
 
 ENGINES_OF = dict.fromkeys((room for row in ROOMS for room in row), frozenset())
-"""The engines that a room may import."""
+"""Engines that a room may import."""
 for some, engines in (
-    ("kernels arm tasks limits qp control plant trajectories primitives", CONTROL),
+    ("arm tasks limits qp control plant trajectories primitives", CONTROL),
     ("sim", {"mujoco", "mink"}),
     ("viewer", {"meshcat"}),
     ("recorder episode programs", {"pinocchio", "mujoco"}),
-    ("study tuning search validation cli scripts __init__ __main__", ENGINES),
+    ("study tuning validation cli scripts __init__ __main__", ENGINES),
 ):
     ENGINES_OF.update(dict.fromkeys(some.split(), engines))
 
@@ -37,12 +37,12 @@ ONLY = {
     "sim": {"planning", "recording", "recording_parts", "analysis"},
     "viewer": {"recording", "recording_parts", "analysis"},
 }
-"""Rooms that may import from these alone, beside the base: a recording is read without an engine, and the simulator
-never sees control."""
+"""Rooms that, besides the base, may import from these rooms alone: a recording is read without an engine, and the
+simulator does not import control."""
 
 
 def modules() -> dict[str, Path]:
-    """Every module of the package by its dotted name below the package, the linked folders included."""
+    """Return every module of the package, linked folders included, by its dotted name below the package."""
     found = {}
     for folder in (ROOT, *(path for path in ROOT.iterdir() if path.is_dir())):
         for path in sorted(folder.rglob("*.py")):
@@ -52,13 +52,13 @@ def modules() -> dict[str, Path]:
 
 
 def room(module: str) -> str:
-    """The scripts in scenarios/ are on top; the folder itself is data that anyone may find."""
+    """Return the room of a module. In scenarios/, the scripts are on top; the finder is in the base."""
     top, _, rest = module.partition(".")
     return "scripts" if top == "scenarios" and rest not in ("", "__init__") else top
 
 
 def imports(module: str, source: str) -> set[str]:
-    """Absolute dotted names of everything a module imports, wherever the statement stands."""
+    """Return the absolute dotted names of all imports of a module, also inside functions."""
     package = ["pilegrasp_ctrl", *module.split(".")[:-1]]
     names = set()
     for node in ast.walk(ast.parse(source)):
@@ -72,7 +72,7 @@ def imports(module: str, source: str) -> set[str]:
 
 
 def may_import(own: str, other: str) -> bool:
-    """Whether a module of one room may import from another room."""
+    """Return whether a module of one room may import from another room."""
     if own == other or other in ROOMS[0]:
         return own not in ROOMS[0] or RANK[other] <= RANK[own]
     return other in ONLY[own] if own in ONLY else RANK[other] <= RANK[own]
@@ -94,10 +94,10 @@ def violations(module: str, source: str) -> list[str]:
     return wrong
 
 
-def test_every_module_is_found_and_has_a_room():
+def test_every_module_has_a_room_and_every_room_a_module():
     found = modules()
     assert {"types", "robots.__init__", "scenarios.__init__", "cli.__init__"} <= found.keys()
-    assert {room(module) for module in found} <= RANK.keys()
+    assert {room(module) for module in found} == RANK.keys()
 
 
 def test_no_rooms_import_one_another_in_a_circle():
@@ -158,7 +158,7 @@ def test_an_import_that_points_down_is_allowed(module, source):
 
 
 def foreign_private_names(source: str) -> set[str]:
-    """Private names that a module takes from another one: imported, or read from what is neither self nor its own."""
+    """Return the private names of other modules that a module imports or reads."""
     tree = ast.parse(source)
     stored = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)]
     own = {node.attr for node in stored if ast.unparse(node.value) in ("self", "cls")}
@@ -195,7 +195,7 @@ def test_a_private_name_of_another_module_is_found(source):
 
 
 def loaded_after(statement: str) -> set[str]:
-    """Top-level modules that a fresh interpreter holds after a statement."""
+    """Return the top-level modules that a new interpreter has loaded after a statement."""
     code = f"import sys; {statement}; print(*sorted({{name.partition('.')[0] for name in sys.modules}}))"
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT.parent)
     return set(answer.stdout.split())
@@ -242,7 +242,7 @@ def test_an_unknown_public_name_is_an_attribute_error():
         pilegrasp_ctrl.Gripper  # noqa: B018
 
 
-def test_no_file_has_grown_out_of_hand():
+def test_no_file_is_too_long():
     lengths = {module: len(path.read_text(encoding="utf-8").splitlines()) for module, path in modules().items()}
     assert {module: lines for module, lines in lengths.items() if lines > 350} == {}
 

@@ -1,4 +1,4 @@
-"""What a result rests on is found, not listed."""
+"""Origin of a result: the code and the packages that decide it."""
 
 import subprocess
 import sys
@@ -18,7 +18,7 @@ def test_every_module_that_an_attempt_loads_is_part_of_its_origin():
     assert set(loaded) - markers <= covered
 
 
-def test_what_only_shows_or_repeats_a_result_is_no_part_of_it():
+def test_code_that_only_shows_or_repeats_a_result_is_not_part_of_its_origin():
     rooms = {file.relative_to(provenance.deciding_files()[0].parent).parts[0] for file in deciding_files()}
     assert rooms & {"viewer", "study", "tuning", "validation", "cli"} == set()
 
@@ -29,7 +29,7 @@ def test_a_changed_file_changes_the_digest(monkeypatch):
     assert code_digest.__wrapped__() != before
 
 
-def test_versions_name_the_packages_that_decide_a_result_and_those_that_are_asked_for():
+def test_versions_name_the_deciding_packages_and_the_requested_ones():
     found = versions("scipy", "a-package-that-is-not-there")
     assert set(found) == {"pilegrasp", *DECIDING_PACKAGES, "scipy", "a-package-that-is-not-there"}
     assert found["a-package-that-is-not-there"] == ABSENT == version_of("a-package-that-is-not-there")

@@ -134,7 +134,7 @@ def test_a_recording_is_printed_in_one_line():
     assert repr(touching()) == "Contacts(2 contacts in 2 frames)"
 
 
-def test_nothing_can_be_changed_afterwards():
+def test_a_recording_cannot_be_changed():
     position = np.zeros((2, 2, 3))
     meta = {"outcomes": [{"name": "push"}]}
     recording = small(body_position=position, meta=meta)
@@ -210,7 +210,7 @@ def test_a_wrong_body_is_rejected():
         Body("cup", "object", ("sphere",))
 
 
-def test_sizes_follow_mujoco():
+def test_sizes_are_those_of_mujoco():
     assert Shape("sphere", np.array([0.03, 0.0, 0.0])) == Shape("sphere", [0.03])
     assert Shape("capsule", (0.01, 0.05)).half_extents() == pytest.approx((0.01, 0.01, 0.06))
     assert Shape("cylinder", (0.01, 0.05)).half_extents() == (0.01, 0.01, 0.05)
@@ -218,7 +218,7 @@ def test_sizes_follow_mujoco():
     assert Shape("ellipsoid", (1, 2, 3)).half_extents() == (1.0, 2.0, 3.0)
 
 
-def test_a_failed_save_leaves_the_old_file_and_no_scrap(tmp_path, monkeypatch):
+def test_a_failed_save_leaves_the_old_file_and_no_other(tmp_path, monkeypatch):
     path = tmp_path / "a.npz"
     small().save(path)
     before = path.read_bytes()
@@ -233,7 +233,7 @@ def test_a_failed_save_leaves_the_old_file_and_no_scrap(tmp_path, monkeypatch):
     assert os.listdir(tmp_path) == ["a.npz"]
 
 
-def test_an_unwritable_place_is_one_sentence(tmp_path):
+def test_an_unwritable_path_is_one_sentence(tmp_path):
     for place in (tmp_path / "missing" / "a.npz", tmp_path):
         with pytest.raises(RecordingError, match="cannot be written to"):
             small().save(place)
@@ -254,7 +254,7 @@ def write_header(path, **changes):
     [
         ({"version": 3}, "it has version 3; this program reads versions 1 and 2"),
         ({"version": None}, "it has version None"),
-        ({"format": "other"}, "does not carry the name 'pilegrasp-recording'"),
+        ({"format": "other"}, "does not hold the format 'pilegrasp-recording'"),
         ({"bodies": [{"name": "a"}]}, "damaged"),
         ({"bodies": 3}, "damaged"),
         ({"bodies": [{"name": "a", "role": "tool", "shapes": []}] * 2}, "must be one of arm"),
@@ -264,13 +264,13 @@ def write_header(path, **changes):
         ({"contacts": True}, "the entry 'contact/bodies' is missing"),
     ],
 )
-def test_a_header_that_does_not_fit_is_rejected(changes, words, tmp_path):
+def test_a_wrong_header_is_rejected(changes, words, tmp_path):
     write_header(tmp_path / "a.npz", **changes)
     with pytest.raises(RecordingError, match=words):
         Recording.load(tmp_path / "a.npz")
 
 
-def test_files_of_another_kind_are_rejected(tmp_path):
+def test_other_files_are_rejected(tmp_path):
     foreign = {
         "text.npz": b"not an archive",
         "empty.npz": b"",

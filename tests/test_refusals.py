@@ -1,4 +1,4 @@
-"""A refusal names what would be taken, and that is then taken."""
+"""An error names an allowed value, and this value is then accepted."""
 
 import re
 from pathlib import Path
@@ -14,7 +14,7 @@ from pilegrasp_ctrl.sim.pile_cache import cache_folder
 
 
 @pytest.mark.parametrize("name", ["Cube", "light_spere"])
-def test_a_misspelt_object_is_told_its_name(name):
+def test_the_error_of_a_misspelt_object_suggests_its_name(name):
     with pytest.raises(
         ConfigurationError, match=rf"pile\.object = '{name}' is not known; did you mean '(\w+)'\?$"
     ) as e:
@@ -22,20 +22,20 @@ def test_a_misspelt_object_is_told_its_name(name):
     assert object_model(str(e.value).split("'")[-2])
 
 
-def test_an_unknown_object_is_told_what_there_is():
+def test_the_error_of_an_unknown_object_lists_the_objects():
     with pytest.raises(ConfigurationError, match=f"choose from {', '.join(OBJECT_MODELS)}$"):
         object_model("zzz")
 
 
 @pytest.mark.parametrize("settings", [{"controller.rate": 333.0}, {"controller.rate": 2000.0}, {"sim.timestep": 3e-4}])
-def test_a_rate_that_does_not_fit_is_told_one_that_does(settings):
+def test_the_error_of_a_rate_that_does_not_fit_suggests_one_that_does(settings):
     with pytest.raises(ConfigurationError, match="whole number of physics steps, as at ") as e:
         prepare(load_scenario("push_wall", settings), seed=0)
     rate = float(re.search(r"as at ([\d.]+) Hz", str(e.value))[1])
     prepare(load_scenario("push_wall", settings | {"controller.rate": rate}), seed=0)
 
 
-def test_an_unknown_robot_is_told_which_there_are():
+def test_the_error_of_an_unknown_robot_lists_the_robots():
     with pytest.raises(ConfigurationError, match=r"robot = 'panda' is not known; choose from wam7"):
         prepare(load_scenario("push_wall", {"robot": "panda"}), seed=0)
 
@@ -45,7 +45,7 @@ def test_a_recording_must_be_a_regular_file():
         Recording.load("/dev/zero")
 
 
-def test_the_cache_does_without_a_home(monkeypatch):
+def test_the_cache_needs_no_home_folder(monkeypatch):
     def homeless():
         raise RuntimeError
 

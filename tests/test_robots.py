@@ -21,7 +21,7 @@ def test_without_example_robot_data_the_error_names_the_package(monkeypatch):
         robots.panda_urdf()
 
 
-def test_a_package_without_the_panda_is_too_old(monkeypatch):
+def test_the_error_of_a_package_without_the_panda_asks_for_a_newer_one(monkeypatch):
     class Empty:
         files = None
 

@@ -10,7 +10,7 @@ from pilegrasp_ctrl.statistics import LARGE, markdown_row, markdown_table, p_gre
 
 
 @pytest.mark.parametrize(("successes", "n"), [(49, 50), (1, 2), (18, 20), (500, 1000)])
-def test_wilson_is_the_published_formula(successes, n):
+def test_wilson_agrees_with_the_published_formula(successes, n):
     # Brown, Cai and DasGupta, Statistical Science 16 (2001), p. 107.
     z = norm.ppf(0.975)
     p = successes / n
@@ -34,7 +34,7 @@ def test_wilson_ends_at_0_and_1_where_all_fail_or_all_succeed(n):
     assert all_high <= 1.0
 
 
-def test_wilson_of_no_attempts_says_nothing():
+def test_wilson_of_no_attempts_is_the_whole_range():
     assert wilson(0, 0) == (0.0, 1.0)
 
 

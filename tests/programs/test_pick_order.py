@@ -216,9 +216,9 @@ def test_an_order_needs_a_bin_a_hand_that_opens_and_objects(keys):
 
 
 def test_keys_without_effect_on_the_program_are_rejected():
-    with pytest.raises(ConfigurationError, match=r"order\.count has no effect where program = 'grasp'"):
+    with pytest.raises(ConfigurationError, match=r"order\.count has no effect if program = 'grasp'"):
         build_scenario({}, {"order.count": 2})
-    with pytest.raises(ConfigurationError, match=r"line\.speed has no effect where program = 'order'"):
+    with pytest.raises(ConfigurationError, match=r"line\.speed has no effect if program = 'order'"):
         build_scenario({}, BIN | {"line.speed": 0.2})
 
 

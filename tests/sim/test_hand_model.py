@@ -44,7 +44,7 @@ def test_the_shovel_accepts_the_keys_of_a_rigid_hand(factor):
 
 @pytest.mark.parametrize("factor", [name for name in HandModelConfig.model_fields if name not in RIGID])
 def test_the_shovel_rejects_the_keys_of_a_soft_hand(factor):
-    with pytest.raises(ConfigurationError, match=rf"hand_model\.{factor} has no effect where hand = 'shovel'"):
+    with pytest.raises(ConfigurationError, match=rf"hand_model\.{factor} has no effect if hand = 'shovel'"):
         build_scenario({"hand": "shovel"}, {f"hand_model.{factor}": 0.8})
 
 

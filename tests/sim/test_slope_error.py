@@ -169,7 +169,7 @@ def test_an_unknown_rise_of_the_floor_presses_on_a_shovel_that_keeps_its_height(
         ({"support.kind": "none"}, "on a sloped floor the objects roll away"),
         ({"support.bin": True}, "is for an open table"),
         ({"program": "order", "support.bin": True}, "is for an open table"),
-        ({"program": "line"}, "has no effect where program = 'line'"),
+        ({"program": "line"}, "has no effect if program = 'line'"),
     ],
 )
 def test_an_error_without_effect_is_rejected(keys, message):
