@@ -85,7 +85,7 @@ class ForceFeedback:
 
         Args:
             time: Time of the observation [s].
-            desired: (6,) Wrench that the hand shall exert on the environment, world axes [N, N·m].
+            desired: (6,) Wrench that the hand should exert on the environment, world axes [N, N·m].
             wrench: (6,) Wrench of the environment on the hand, world axes [N, N·m].
         """
         elapsed = time - self._time

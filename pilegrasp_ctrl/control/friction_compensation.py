@@ -28,7 +28,7 @@ class FrictionCompensation:
     pseudo-inverse's answer to the reference twist plus `error_rate` times the tool's pose error. The second part breaks
     loose a joint that sticks short of its goal. It asks for at most 0.1 m/s and 0.4 rad/s. That is enough for all of
     the Coulomb part, and it bounds the viscous part if a target is out of reach. No v* exceeds its joint's limit.
-    The Coulomb part never exceeds the modelled friction, so a gain of 1 takes away only what friction dissipates.
+    The Coulomb part never exceeds the modelled friction, so a gain of 1 removes only what friction dissipates.
 
     Attributes:
         scale: Joint velocity at which three quarters of the Coulomb friction are compensated [rad/s].

@@ -86,8 +86,8 @@ class PositionLimit:
     therefore the braking acceleration that the torques allow, divided by the largest speed, and at most
     1 / `STOPPING_TIME`. The set stays invariant, and the joint approaches its limit exponentially. A joint that starts
     beyond its limit returns at the same rate. The set is the linear subset of the viable states of Del Prete, "Joint
-    position and velocity bounds in discrete-time acceleration/torque control of robot manipulators", RA-L 3(1), 2018,
-    whose border is a parabola.
+    position and velocity bounds in discrete-time acceleration/torque control of robot manipulators", RA-L 3(1), 2018.
+    The border of those states is a parabola.
 
     Attributes:
         name: Name of the limit in `active_limits`.

@@ -184,7 +184,7 @@ class ArmSimulation:
     def _advance(
         self, data: pin.Data, q: Array, v: Array, torque: Array, friction: Array, step: float
     ) -> tuple[Array, Array, Array]:
-        """Integrate one step; at its start, the friction of the previous step stands in for the unknown one."""
+        """Integrate one step; at its start, the friction of the previous step replaces the unknown one."""
         model, friction_law = self._model, self.friction
         start = torque if friction_law.is_zero else torque + friction - friction_law.viscous * v
         a = pin.aba(model, data, q, v, self._total(start, q, v))

@@ -34,8 +34,8 @@ class StepResponse:
         torque: (n, nv) Commanded torques [N·m].
         step: (6,) Step, displacement then rotation vector [m, rad].
         rise_time: Time from 10 % to 90 % of the step along its direction [s]; inf if 90 % is not reached.
-        settling_time: Time until the length of the error stays below 2 % of the step's [s], with the motion across the
-            step; inf if it does not settle within the simulated time.
+        settling_time: Time until the length of the error stays below 2 % of the step's [s]; inf if it never does.
+            Motion across the step counts.
         overshoot: Largest excess over the step along its direction, as a fraction of it; 0 if there is none.
         steady_state_error: Lengths of the mean position and orientation errors over the last tenth of the time
             [m, rad].

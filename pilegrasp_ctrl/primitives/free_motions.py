@@ -67,12 +67,12 @@ class ActiveMove(ActivePath):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lift:
-    """Move up by `height` at `speed` and hold for `hold` seconds with the hand closed.
+    """Move up by `height` at `speed`, then wait for `hold` seconds with the hand closed.
 
     Attributes:
         height: Height of the lift [m].
         speed: Speed of the lift [m/s].
-        hold: Time of the hold [s].
+        hold: Waiting time at the top [s].
         back: (3,) Horizontal displacement with which the lift begins, measured from the hand [m]. The hand rises by the
             same distance meanwhile. Without it, the reference stays ahead of the hand and maintains the pressure.
     """
@@ -108,7 +108,7 @@ class ActiveLift(ActivePath):
         return float(-self.force_change(inputs)[2])
 
     def ending(self, inputs: PrimitiveInput) -> Ending | None:
-        """End after the hold; fail if the hand is too low."""
+        """End after the waiting time; fail if the hand is too low."""
         if self.elapsed(inputs) < self.path.duration + self.plan.hold:
             return None
         deficit = self.path.end.translation[2] - inputs.pose.translation[2]

@@ -52,7 +52,7 @@ class MotionGains:
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
 class Impedance:
-    """Springs and dampers between the reference and the tool, linear axes first.
+    """Gains of springs and dampers between the reference and the tool, linear axes first.
 
     All values are along the axes of `frame`. `docs/impedance.md` has the law and a table of every gain.
 
@@ -60,10 +60,10 @@ class Impedance:
         stiffness: Scalar or (6,) stiffness [N/m, N·m/rad]; zero leaves an axis to its desired force.
         damping_ratio: Damping ratio of the springs on the inertia that the tool shows; 1 is critical damping, 0 leaves
             all damping to `damping`.
-        damping: (6,) Viscous damping beside that of the springs [N·s/m, N·m·s/rad].
-        inertia: (6,) Inertia that the tool shall show [kg, kg·m²], shaped with the measured wrench; None keeps the
-            arm's own, which needs no sensor.
-        desired_force: (6,) Wrench that the hand shall exert on the environment [N, N·m].
+        damping: (6,) Viscous damping in addition to that of the springs [N·s/m, N·m·s/rad].
+        inertia: (6,) Inertia that the tool should show [kg, kg·m²], shaped with the measured wrench; None keeps the
+            inertia of the arm, which needs no sensor.
+        desired_force: (6,) Wrench that the hand should exert on the environment [N, N·m].
         dead_band: (2,) Force [N] and torque [N·m] below which the measured wrench counts as zero; used only with
             `inertia`.
         frame: "world", or "tool" for the axes of the tool frame in the reference's orientation.

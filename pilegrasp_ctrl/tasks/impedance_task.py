@@ -24,9 +24,9 @@ class ImpedanceTask(FrameTask):
 
         Lambda (x'' - a_ref) = K e + D e' + F_des + F_env,    e' = v_ref - v,
 
-    which needs no measured wrench, because the environment adds F_env by itself. The springs' part of D damps each mode
-    of (Lambda, K) at the same ratio: D = 2 ratio (Lambda # K) with the geometric mean # of the two matrices. This is
-    the double diagonalisation of Albu-Schäffer, Ott, Frese and Hirzinger, "Cartesian impedance control of redundant
+    which needs no measured wrench, because the environment itself adds F_env. The springs' part of D damps each mode of
+    (Lambda, K) at the same ratio: D = 2 ratio (Lambda # K). Here # is the geometric mean of two matrices. This is the
+    double diagonalisation of Albu-Schäffer, Ott, Frese and Hirzinger, "Cartesian impedance control of redundant
     robots: recent results with the DLR-light-weight-arms", ICRA 2003. With `inertia`, that diagonal inertia replaces
     Lambda; the measured wrench is cancelled and acts on this inertia instead.
 
@@ -88,7 +88,7 @@ class ImpedanceTask(FrameTask):
             state: State of the arm.
             reference: Rest pose of the springs and its motion.
             error: (6,) Error of the pose, `pose_error(state, reference)` [m, rad].
-            desired_force: (6,) Wrench that the hand shall exert on the environment [N, N·m].
+            desired_force: (6,) Wrench that the hand should exert on the environment [N, N·m].
             wrench: (6,) Wrench of the environment on the hand, at the tool's origin [N, N·m]; used only if the
                 impedance has an inertia.
             mobility: (6, 6) Mobility J M⁻¹ Jᵀ, if the caller has it already.

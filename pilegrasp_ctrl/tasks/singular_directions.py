@@ -20,8 +20,8 @@ class SingularDirections:
 
     With J = Σ sigma_i u_i v_iᵀ, an acceleration y_i along u_i costs the joints y_i / sigma_i. A constant damping w, the
     posture's weight, bounds that to y_i / (2 sqrt(w)): fifty times y_i with w = 1e-4. Worse, a target that stays out of
-    reach pulls a bent elbow straight from both sides, as a spring of frequency sqrt(sigma' y / w) with
-    sigma' = d sigma / d q. That is beyond any control rate. Here the damping grows with the wanted acceleration, and
+    reach pulls a bent elbow straight from both sides, as a spring of frequency sqrt(sigma' y / w). Here sigma' = d
+    sigma / d q, and the frequency is beyond any control rate. Here the damping grows with the wanted acceleration, and
     only in directions below `threshold`:
 
         lambda_i² = (1 - sigma_i² / threshold²)² max(|y_i| - free, 0) / rate²

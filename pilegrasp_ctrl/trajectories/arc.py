@@ -80,8 +80,7 @@ class Arc:
             angular_acceleration: Peak angular acceleration of a tool that turns [rad/s²].
 
         Raises:
-            ArgumentError: A vector has a wrong shape, a value is not finite, a speed or acceleration is not positive,
-                the axis is zero, or the tool lies on the axis.
+            ArgumentError: A vector or number is not usable, the axis is zero, or the tool lies on the axis.
         """
         center, axis = frozen_array(center, (3,), "center"), frozen_array(axis, (3,), "axis")
         require_positive(

@@ -166,7 +166,7 @@ def test_a_target_out_of_reach_is_approached_and_left_without_chatter(name, pref
 
 @pytest.mark.parametrize("name", ARMS)
 def test_without_the_reduced_acceleration_the_stretched_arm_chatters(name, monkeypatch):
-    monkeypatch.setattr(SingularDirections, "bend", lambda self, state, wanted: wanted)
+    monkeypatch.setattr(SingularDirections, "reduce", lambda self, state, wanted: wanted)
     arm = without_friction(name)
     at, _, arrival = beyond_reach(arm, 0.15)
     run = Run(arm, at, HOME[name], arrival + 1.0)
