@@ -12,10 +12,10 @@ from ..exceptions import ModelError, PilegraspError
 from ..provenance import ABSENT, VERSION, dependencies, version_of
 
 SOLVERS = ("daqp", "osqp")
-"""Solvers that are given a test problem."""
+"""Solvers that solve a test problem."""
 
 AGREEMENT = 1e-9
-"""Largest relative difference between the engines [-]; chosen, the rounding of both together is below 1e-13."""
+"""Largest relative difference between the engines [-]; chosen. The rounding of both together is below 1e-13."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,10 +23,10 @@ class Check:
     """One line of the report.
 
     Attributes:
-        name: What was checked.
+        name: Name of the checked part.
         ok: Whether the check passed.
-        detail: What was found.
-        required: Whether the library needs it.
+        detail: Version, measurement or reason of the failure.
+        required: Whether the library needs the checked part.
     """
 
     name: str
@@ -40,7 +40,7 @@ class Check:
 
 
 def examine() -> list[Check]:
-    """Run every check; a check that raises has failed, and the others go on."""
+    """Run every check; a check that raises has failed, and the others still run."""
     return [
         Check("pilegrasp", True, f"{VERSION} on Python {platform.python_version()}, {platform.platform()}"),
         *(_check(name, partial(_version, name)) for name in dependencies()),
@@ -51,9 +51,9 @@ def examine() -> list[Check]:
     ]
 
 
-def _check(name: str, question: Callable[[], str]) -> Check:
+def _check(name: str, measure: Callable[[], str]) -> Check:
     try:
-        return Check(name, True, question())
+        return Check(name, True, measure())
     except Exception as error:
         return Check(
             name, False, str(error) if isinstance(error, PilegraspError) else f"{type(error).__name__}: {error}"
@@ -75,7 +75,7 @@ def _solver(name: str) -> str:
     one: Any = csc_matrix([[1.0]]) if name == "osqp" else np.eye(1)
     x = solve_qp(one, np.array([-2.0]), one, np.array([1.0]), solver=name)
     if x is None or abs(x[0] - 1.0) > 1e-2:
-        raise PilegraspError(f"answers {x} where 1 is right; install it again")
+        raise PilegraspError(f"the answer is {x} and must be 1; install the solver again")
     return "solves a test problem"
 
 
@@ -115,7 +115,7 @@ def _browser() -> Check:
     from ..viewer.chromium import find_chromium
 
     found = find_chromium()
-    detail = found or "no Chromium, which pictures and the tests of the pages need; pages open in any browser"
+    detail = found or "no Chromium; pictures and the tests of the pages need it, pages open in any browser"
     return Check("browser", found is not None, detail, required=False)
 
 

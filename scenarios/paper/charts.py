@@ -1,4 +1,4 @@
-"""Pieces of the figures: colours, panels, rates with intervals, violins and legends."""
+"""Parts of the figures: colours, panels, rates with intervals, violins and legends."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ HEIGHT = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Palette:
-    """Colours by what they mean.
+    """Colours by their meaning.
 
     Attributes:
-        ink: Titles and legends.
-        soft: Labels of axes.
-        rule: Axes and grid.
-        first: First series: blue, as in the paper.
-        second: Second series: yellow.
-        third: Third series: green.
-        fourth: Fourth series: red.
-        paper: What the paper states in numbers.
+        ink: Colour of titles and legends.
+        soft: Colour of axis labels.
+        rule: Colour of axes and grid.
+        first: Colour of the first series: blue, as in the paper.
+        second: Colour of the second series: yellow.
+        third: Colour of the third series: green.
+        fourth: Colour of the fourth series: red.
+        paper: Colour of numbers that the paper states.
     """
 
     ink: str
@@ -50,9 +50,9 @@ class Palette:
 
 
 LIGHT = Palette("#1d2126", "#646b74", "#d9dce0", "#2166c4", "#c98a00", "#2a8a4a", "#b3261e", "#7b3fb5")
-"""Colours of the figures that are files."""
+"""Colours of the figures in files."""
 PAGE = Palette(**page_colours("ink", "soft", "rule", "first", "second", "third", "fourth", "paper"))
-"""Placeholder colours of the figures in the page, which has its own for light and for dark."""
+"""Placeholder colours of the figures in the page, whose style sheet defines a light and a dark form."""
 
 
 def panels(count: int = 1, width: float = 6.2, titles: Sequence[str] = ()) -> tuple[Figure, list[Axes]]:
@@ -65,7 +65,7 @@ def panels(count: int = 1, width: float = 6.2, titles: Sequence[str] = ()) -> tu
 
 
 def set_rate_axis(axes: Axes, label: str = "success [%]") -> None:
-    """Make y a rate from 0 to 100 %."""
+    """Set the y axis to a rate from 0 to 100 %."""
     axes.set_ylim(-4.0, 104.0)
     axes.set_yticks(range(0, 101, 20))
     axes.set_ylabel(label)
@@ -73,7 +73,7 @@ def set_rate_axis(axes: Axes, label: str = "success [%]") -> None:
 
 
 def set_categories(axes: Axes, names: Sequence[str]) -> None:
-    """Write names below x = 0, 1, ..."""
+    """Write category names below x = 0, 1, ..."""
     axes.set_xticks(range(len(names)), names)
     axes.set_xlim(-0.6, len(names) - 0.4)
 
@@ -89,7 +89,7 @@ def draw_rates(
     joined: bool = True,
     marker: str = "o",
 ) -> None:
-    """Draw rates with their 95 % intervals; dashed and hollow for what the paper simulated."""
+    """Draw rates with their 95 % intervals, dashed and hollow if the paper simulated them."""
     chosen = [(place, sample) for place, sample in zip(x, samples, strict=True) if sample.n]
     if not chosen:
         return
@@ -107,7 +107,7 @@ def draw_rates(
 def draw_stated(
     axes: Axes, x: Sequence[float], values: Sequence[float], palette: Palette, label: str = "paper, stated"
 ) -> None:
-    """Mark what the paper states [%]."""
+    """Mark rates that the paper states [%]."""
     axes.plot(x, values, linestyle="none", marker="D", markersize=5, mfc="none", mec=palette.paper, label=label)
 
 
@@ -126,7 +126,7 @@ def draw_violins(
 
 
 def put_legend_above(figure: Figure, axes: Axes, columns: int = 4) -> None:
-    """Put the legend over the panels."""
+    """Put the legend above the panels."""
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside upper left", ncols=columns, handlelength=2.2)

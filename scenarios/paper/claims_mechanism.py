@@ -1,4 +1,4 @@
-"""Claims C12 to C16: how a grasp comes about, and what it is good for."""
+"""Claims C12 to C16: the mechanism of a grasp, and its use for orders."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ from pilegrasp_ctrl.scenarios.paper.motion_verdict import LEAST_KNOWN, motion_ve
 from pilegrasp_ctrl.statistics import wilson
 
 SEVERAL = (0.05, 0.30)
-"""Smallest and largest share of successes with more than one object for which C12 holds; chosen around the paper's."""
+"""Smallest and largest share of successes with several objects for which C12 holds; chosen around the paper's."""
 PRESSES = 3.0
-"""Ratio of table forces that C15 asks for; chosen."""
+"""Smallest ratio of table forces for which C15 holds; chosen."""
 EVENTS = (("approach", ("surface contact",)), ("push", ("grasp force",)), ("grasp", ("closed", "tilted back")))
 """The three primitives of the paper (IV) and the events that end them; the shovel closes by tilting back."""
 ORDERS = 3
-"""Orders for each object model in the paper, and the fewest that decide."""
+"""Number of orders for each object model in the paper, and smallest number that decides."""
 
 
 def _judge_several(evidence: Evidence) -> Finding:
@@ -227,3 +227,4 @@ CLAIMS = (
         [grasp("light_sphere")],
     ),
 )
+"""Claims C12 to C16, in the order of their names."""

@@ -140,3 +140,4 @@ CLAIMS = (
         [*roundness_grid("cylinder", HAND), *roundness_grid("cube", HAND)],
     ),
 )
+"""Claims C1 to C5, in the order of their names."""

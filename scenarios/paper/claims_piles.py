@@ -30,7 +30,7 @@ SMALL_COUNTS, LARGE_COUNTS = (3, 5, 10, 15, 20), (60, 90)
 LIGHT_MASSES, HEAVY_MASSES = (0.03, 0.06), (0.36, 0.72)
 """Masses of an object that C9 compares [kg]."""
 MONOTONE = -0.8
-"""Rank correlation below which C11 holds; chosen."""
+"""Upper bound of the rank correlation in C11; chosen."""
 
 
 def _judge_unsupported(evidence: Evidence) -> Finding:
@@ -99,7 +99,7 @@ def _judge_sizes(evidence: Evidence) -> Finding:
 
 
 def _spearman(x: Sequence[float], y: Sequence[float]) -> float | None:
-    """Return the rank correlation, or None where y is constant."""
+    """Return the rank correlation, or None if y is constant."""
     from scipy.stats import spearmanr
 
     return float(spearmanr(x, y).statistic) if len(set(y)) > 1 else None
@@ -162,3 +162,4 @@ CLAIMS = (
         [sized(SIZE_RATIOS[0]), sized(SIZE_RATIOS[-1])],
     ),
 )
+"""Claims C6 to C11, in the order of their names."""

@@ -1,4 +1,4 @@
-"""The conditions of the paper's experiments in its own words; equal ones are the same object of study everywhere."""
+"""The conditions of the paper's experiments, in the paper's words; equal conditions share their attempts everywhere."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.study.condition import Condition
 
 HAND, SHOVEL = "rbo_hand2", "shovel"
+"""Names of the two end-effectors in a scenario."""
 HAND_NAMES = {HAND: "hand", SHOVEL: "shovel"}
 """End-effectors in the paper's words."""
 SUPPORTS = ("none", "wall", "corner")
+"""Supports of the pile in the paper, as a scenario names them."""
 COUNTS = {"light_sphere": 18, "heavy_sphere": 18, "cylinder": 14, "cube": 14}
 """Number of objects in a pile by object model (V-A)."""
 BEST_ANGLES = {"light_sphere": (0.0, 0.0), "heavy_sphere": (0.0, 0.0), "cylinder": (45.0, -20.0)}
-"""alpha and beta with which the paper's pile-based strategy did best [deg] (V-B)."""
+"""Best alpha and beta of the paper's pile-based strategy by object model [deg] (V-B)."""
 OBJECT_NAMES = {
     "light_sphere": "light spheres",
     "heavy_sphere": "heavy spheres",
@@ -24,13 +26,13 @@ OBJECT_NAMES = {
 }
 """Object models in the paper's words."""
 LIGHT_MASS, HEAVY_MASS = 0.06, 0.18
-"""Mass of a light and of a heavy sphere, as their files have it [kg]."""
+"""Mass of a light and of a heavy sphere [kg]; `scenarios/objects`."""
 SHOVEL_WIDTH = 0.12
 """Width of the shovel [m]; `robots/hands/shovel`."""
 BALL_DIAMETER = 0.054
 """Diameter of the spheres [m]; `scenarios/objects`."""
 FRAME_SIZE = 0.25
-"""Inner side of the frame of 18 spheres, as the layout chooses it by their number [m]."""
+"""Inner side of the frame of 18 spheres, which the layout chooses by their number [m]."""
 
 
 @cache
@@ -49,8 +51,8 @@ def grasp(
         object_model: Name of the object.
         support: One of `SUPPORTS`.
         hand: End-effector.
-        count: Number of objects; that of `COUNTS` if None.
-        mass: Mass of an object [kg]; that of its file if None.
+        count: Number of objects; None takes the number in `COUNTS`.
+        mass: Mass of an object [kg]; None takes the mass in its file.
         angles: Angles alpha and beta [deg].
         keys: Other scenario keys, with `__` in place of the dot.
     """
@@ -73,7 +75,7 @@ def spheres(mass: float, support: str, hand: str = HAND, count: int = 18) -> Con
 
 @cache
 def sized(ratio: float) -> Condition:
-    """Return 18 light spheres in a corner for the shovel, `ratio` times as wide as it; the frame grows with them."""
+    """Return 18 light spheres in a corner, `ratio` times as wide as the shovel; the frame grows with the spheres."""
     scale = round(ratio * SHOVEL_WIDTH / BALL_DIAMETER, 4)
     keys = {} if scale == 1.0 else {"pile__scale": scale, "pile__frame_size": round(FRAME_SIZE * scale, 4)}
     return grasp("light_sphere", "corner", SHOVEL, **keys)

@@ -1,4 +1,4 @@
-"""What a store knows, by condition: attempts that belong together, counted."""
+"""The attempts of a store by condition, and their counts."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class Evidence:
 
     Attributes:
         samples: Attempts by the hash of their configuration.
-        hands: End-effectors by the same hash, of conditions for a single grasp; orders are left out.
+        hands: End-effectors by the same hash, for single grasps only; orders are left out.
     """
 
     samples: dict[str, Sample]
@@ -106,7 +106,7 @@ class Evidence:
 
     @classmethod
     def from_rows(cls, rows: Iterable[AttemptRow], conditions: Iterable[Condition]) -> Evidence:
-        """Sort attempts by their configuration; those of other conditions are left out."""
+        """Return the attempts by their configuration; attempts at other conditions are left out."""
         known = {condition.config_hash: condition.scenario for condition in conditions}
         groups: dict[str, list[AttemptRow]] = {}
         for row in rows:
@@ -124,10 +124,10 @@ class Evidence:
         return {name: self.sample(condition) for name, condition in conditions.items()}
 
     def balanced_sample(self, conditions: Iterable[Condition]) -> Sample:
-        """Return equally many attempts of several conditions as one sample, those with the lowest seeds.
+        """Return equally many attempts of several conditions as one sample, the attempts with the lowest seeds.
 
-        Its rate is therefore the mean over the conditions, although some of them were run more often for another
-        figure. It is empty while one of them has not been run.
+        Its rate is therefore the mean over the conditions, although another figure may need more attempts at some of
+        them. The sample is empty while one condition has no attempts.
         """
         samples = [self.sample(condition) for condition in conditions]
         fewest = min((sample.n for sample in samples), default=0)

@@ -1,4 +1,4 @@
-"""One figure or table of the paper: what is run for it, and how it is drawn."""
+"""One figure or table of the paper: its conditions, and the function that draws it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pilegrasp_ctrl.study.charts import svg_element
 from pilegrasp_ctrl.study.condition import Condition
 
 ROBOT, SIMULATED = 20, 50
-"""Attempts at a condition: those that the paper ran on its robot, and those that it simulated (V-A)."""
+"""Number of attempts at a condition that the paper ran on its robot, and number that it simulated (V-A)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,10 +23,10 @@ class ExperimentCondition:
     """One condition of an experiment.
 
     Attributes:
-        condition: Scenario that is run.
-        attempts: The paper's number of attempts.
-        share: Share of a shortened run's attempts. It is less than 1 where conditions are judged together, as the
-            cells of a grid are.
+        condition: Condition to run.
+        attempts: Number of attempts in the paper.
+        share: Share of a shortened run's attempts. It is less than 1 if conditions are judged together, such as the
+            cells of a grid.
     """
 
     condition: Condition
@@ -34,7 +34,7 @@ class ExperimentCondition:
     share: float = 1.0
 
     def shortened(self, attempts: int | None) -> int:
-        """Return how many attempts to make where no more than `attempts` are wanted; None leaves the paper's number."""
+        """Return the number of attempts in a run that is limited to `attempts`; None gives the paper's number."""
         return self.attempts if attempts is None else min(self.attempts, math.ceil(self.share * attempts))
 
 
@@ -43,11 +43,11 @@ class Experiment:
     """A figure or table of the paper.
 
     Attributes:
-        name: Name by which it is asked for.
-        title: One line.
-        paper: What the paper reports.
-        conditions: What is run.
-        draw: Function that makes the figure.
+        name: Name on the command line.
+        title: Title of one line.
+        paper: Result that the paper reports.
+        conditions: Conditions to run.
+        draw: Function from the evidence and a palette to the figure.
     """
 
     name: str

@@ -41,7 +41,7 @@ def attempts_per_order(sample: Sample) -> list[int]:
 
 
 def draw_motion(evidence: Evidence, palette: Palette) -> Figure:
-    """Draw the speed at which objects before the hand come nearer, and at which the others move away, by support."""
+    """Draw by support how fast objects before the hand approach it, and how fast the others move away."""
     figure, (axes,) = panels(width=5.6)
     for name, offset, colour, label in (
         ("approach_speed", -0.12, palette.first, "inside the funnel: toward the hand"),
@@ -89,6 +89,7 @@ MOTION_PATTERN = Experiment(
     tuple(ExperimentCondition(condition, ROBOT) for condition in PUSHED.values()),
     draw_motion,
 )
+"""Motion of the objects during the push, by support (III)."""
 TABLE1 = Experiment(
     "table1",
     "Table I: orders of four from a tilted bin",
@@ -96,4 +97,6 @@ TABLE1 = Experiment(
     tuple(ExperimentCondition(order_condition(object_model), ROBOT, 0.75) for object_model in ORDER_NAMES),
     draw_orders,
 )
+"""Attempts for an order, by object model (V-H)."""
 EXPERIMENTS = (MOTION_PATTERN, TABLE1)
+"""Experiments of this module, in the order of the paper."""

@@ -51,7 +51,7 @@ def roundness_grid(object_model: str, hand: str) -> list[Condition]:
 
 
 def with_other_controller(hand: str) -> Condition:
-    """Return light spheres under the controller that the hand does not use by itself."""
+    """Return light spheres with the controller that is not the hand's default."""
     other = "impedance" if hand == HAND else "operational_space"
     return grasp("light_sphere", "wall", hand, controller__kind=other)
 
@@ -115,6 +115,7 @@ FIG06 = Experiment(
     tuple(ExperimentCondition(condition, ROBOT) for case in STRATEGY_CASES for condition in strategy_pair(*case)),
     draw_strategies,
 )
+"""Rates of the pile-based and the object-based strategy (V-B)."""
 FIG07 = Experiment(
     "fig07",
     "Fig. 7: roundness helps",
@@ -127,6 +128,7 @@ FIG07 = Experiment(
     ),
     draw_roundness,
 )
+"""Rates over a grid of angles and counts, by roundness of the objects (V-C)."""
 FIG08 = Experiment(
     "fig08",
     "Fig. 8: hand and shovel",
@@ -139,4 +141,6 @@ FIG08 = Experiment(
     ),
     draw_end_effectors,
 )
+"""Rates of both end-effectors by object model, and of both controllers (V-D)."""
 EXPERIMENTS = (FIG06, FIG07, FIG08)
+"""Experiments of this module, in the order of the paper."""

@@ -37,9 +37,9 @@ COUNT_MASSES = (0.06, 0.12, 0.18)
 MASSES = (0.03, 0.06, 0.12, 0.18, 0.36, 0.72)
 """Masses of an object in Fig. 11 [kg]."""
 ROBOT_COUNTS, ROBOT_MASSES = (5, 18), (LIGHT_MASS, HEAVY_MASS)
-"""Numbers of objects and masses [kg] with which the paper used its robot."""
+"""Numbers of objects and masses [kg] of the paper's robot experiments."""
 UNSUPPORTED = spheres(HEAVY_MASS, "none")
-"""18 heavy spheres without a support, which the paper's robot tried ten times."""
+"""18 heavy spheres without a support; the paper's robot made ten attempts."""
 USUAL_PUSH = grasp("heavy_sphere", "corner")
 """Heavy spheres in a corner at 0.10 m/s and 17 N."""
 HARD_PUSH = grasp("heavy_sphere", "corner", strategy__speed=0.25, strategy__grasp_force=25.0)
@@ -111,7 +111,7 @@ def draw_pushes(evidence: Evidence, palette: Palette) -> Figure:
 
 
 def _count_share(mass: float, support: str, count: int) -> float:
-    """Return the share of a shortened run's attempts: half where cells are judged together."""
+    """Return the share of a shortened run's attempts: half if cells are judged together."""
     judged_alone = mass == COUNT_MASSES[0] and support != "none" and count in ROBOT_COUNTS
     return 1.0 if judged_alone else 0.5
 
@@ -123,6 +123,7 @@ FIG09 = Experiment(
     tuple(ExperimentCondition(sized(ratio), SIMULATED) for ratio in SIZE_RATIOS),
     draw_sizes,
 )
+"""Rate and number of held objects over the size ratio (V-D)."""
 FIG10 = Experiment(
     "fig10",
     "Fig. 10: number of objects",
@@ -141,6 +142,7 @@ FIG10 = Experiment(
     ),
     draw_counts,
 )
+"""Rates over the number of objects (V-E)."""
 FIG11 = Experiment(
     "fig11",
     "Fig. 11: mass of the objects",
@@ -158,6 +160,7 @@ FIG11 = Experiment(
     ),
     draw_masses,
 )
+"""Rates over the mass of the objects (V-F)."""
 VELOCITY_FORCE = Experiment(
     "velocity_force",
     "V-F: faster and harder",
@@ -165,4 +168,6 @@ VELOCITY_FORCE = Experiment(
     (ExperimentCondition(USUAL_PUSH, ROBOT), ExperimentCondition(HARD_PUSH, ROBOT)),
     draw_pushes,
 )
+"""Rates at two speeds and forces of the push (V-F)."""
 EXPERIMENTS = (FIG09, FIG10, FIG11, VELOCITY_FORCE)
+"""Experiments of this module, in the order of the paper."""

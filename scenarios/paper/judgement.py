@@ -11,13 +11,14 @@ from pilegrasp_ctrl.statistics import p_greater
 from pilegrasp_ctrl.study.condition import Condition
 
 Verdict = Literal["holds", "fails", "not decided"]
+"""Verdict on a statement or a claim."""
 
 LEVEL = 0.05
-"""Level of the one-sided test with which two rates are compared; chosen, as usual."""
+"""Level of the one-sided test that compares two rates; chosen as usual."""
 ENOUGH = 10
-"""Number of attempts below which nothing is decided; chosen."""
+"""Smallest number of attempts that decides a statement; chosen."""
 MOST_ERRORS = 0.1
-"""Share of attempts that raised an error above which the others decide nothing; chosen."""
+"""Largest share of attempts with an error in a sample that decides a statement; chosen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +26,7 @@ class Judgement:
     """A statement and its verdict.
 
     Attributes:
-        statement: Statement in words, with the numbers that it rests on.
+        statement: Statement in words, with its numbers.
         verdict: Verdict on the statement.
     """
 
@@ -35,13 +36,13 @@ class Judgement:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What the evidence says about a claim.
+    """The result of judging a claim by the evidence.
 
     Attributes:
         parts: Statements that the claim consists of.
-        samples: Attempts that it rests on, by the name of their condition.
-        numbers: Other numbers that it rests on, as JSON values.
-        remark: What a reader should know beside the verdict.
+        samples: Attempts behind the finding, by the name of their condition.
+        numbers: Other numbers behind the finding, as JSON values.
+        remark: Remark for the reader beside the verdict.
     """
 
     parts: tuple[Judgement, ...]
@@ -57,16 +58,16 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """One claim of the paper: what it says, and how this project judges itself by it.
+    """One claim of the paper, and the condition by which this project judges itself.
 
     Attributes:
         name: Name, C1 to C16.
-        place: Section or figure in which the paper makes it.
-        text: What it says.
-        paper: What the paper reports.
+        place: Section or figure of the claim in the paper.
+        text: Claim in one sentence.
+        paper: Numbers that the paper reports.
         predicate: Condition by which this project judges itself.
         judge: Function from evidence to finding.
-        shown: Conditions of which a success and a failure are shown, the most telling first.
+        shown: Conditions of the typical success and failure on the page, the most instructive first.
     """
 
     name: str
@@ -79,7 +80,7 @@ class Claim:
 
 
 def combine_verdicts(parts: Iterable[Judgement]) -> Verdict:
-    """Return the verdict of a claim: a part that fails makes it fail, one that is not decided leaves it open."""
+    """Return the verdict of a claim: "fails" if a part fails, "holds" if all parts hold, otherwise "not decided"."""
     verdicts = [part.verdict for part in parts]
     if "fails" in verdicts:
         return "fails"
@@ -87,13 +88,13 @@ def combine_verdicts(parts: Iterable[Judgement]) -> Verdict:
 
 
 def judge(statement: str, holds: bool, *samples: Sample, enough: int = ENOUGH) -> Judgement:
-    """Judge by a yes or no, if the samples that it rests on are enough."""
+    """Judge a statement by whether it holds, if its samples are large enough."""
     reason = undecided_reason(*samples, enough=enough)
     return Judgement(statement + reason, "not decided" if reason else "holds" if holds else "fails")
 
 
 def undecided_reason(*samples: Sample, enough: int = ENOUGH) -> str:
-    """Return why the samples decide nothing, as text to append to a statement; empty if they do decide."""
+    """Return the reason why the samples decide nothing, to append to a statement; "" if they decide."""
     fewest = min((sample.n for sample in samples), default=0)
     if fewest < enough:
         return f"; {fewest or 'no'} attempts are too few" if fewest != 1 else "; 1 attempt is too few"
@@ -116,7 +117,7 @@ def judge_below(name: str, sample: Sample, bound: float) -> Judgement:
 
 
 def judge_greater(first_name: str, first: Sample, second_name: str, second: Sample) -> Judgement:
-    """Judge whether the first rate is higher: it holds or fails only where the test shows one or the other."""
+    """Judge whether the first rate is higher; without a significant difference the statement is not decided."""
     text = f"{first_name} {format_rate(first)} above {second_name} {format_rate(second)}"
     if reason := undecided_reason(first, second):
         return Judgement(text + reason, "not decided")
@@ -128,7 +129,7 @@ def judge_greater(first_name: str, first: Sample, second_name: str, second: Samp
 
 
 def judge_not_less(first_name: str, first: Sample, second_name: str, second: Sample) -> Judgement:
-    """Judge whether the first rate reaches the second; a lower rate that may be chance leaves it open."""
+    """Judge whether the first rate reaches the second; a lower rate without significance is not decided."""
     text = f"{first_name} {format_rate(first)} at least {second_name} {format_rate(second)}"
     if reason := undecided_reason(first, second):
         return Judgement(text + reason, "not decided")
@@ -139,7 +140,7 @@ def judge_not_less(first_name: str, first: Sample, second_name: str, second: Sam
 
 
 def judge_not_above(first_name: str, first: Sample, second_name: str, second: Sample) -> Judgement:
-    """Judge whether the first rate stays at or below the second, as far as the test can tell."""
+    """Judge whether the first rate stays at or below the second; only a significantly higher rate fails."""
     text = f"{first_name} {format_rate(first)} not above {second_name} {format_rate(second)}"
     if reason := undecided_reason(first, second):
         return Judgement(text + reason, "not decided")
@@ -153,7 +154,7 @@ def _p_higher(first: Sample, second: Sample) -> float:
 
 
 def format_rate(sample: Sample) -> str:
-    """Return a rate with its interval, as people read it."""
+    """Return a rate with its interval as text in percent."""
     if not sample.n:
         return "(not run)"
     low, high = sample.interval
@@ -161,5 +162,5 @@ def format_rate(sample: Sample) -> str:
 
 
 def format_percent(share: float) -> str:
-    """Return a share as people read it."""
+    """Return a share as text in percent."""
     return f"{100.0 * share:.0f} %"

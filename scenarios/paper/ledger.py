@@ -1,4 +1,4 @@
-"""The ledger: every claim with its verdict, what it rests on, and typical attempts, as one JSON document."""
+"""The ledger: every claim with its verdict, its numbers, and typical attempts, as one JSON document."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pilegrasp_ctrl.study.store import StudyStore
 CLAIMS = (*claims_objects.CLAIMS, *claims_piles.CLAIMS, *claims_mechanism.CLAIMS)
 """All claims of the paper, in the order of their names."""
 EXPLANATIONS = Path(__file__).with_name("explanations.toml")
-"""What experiments say about claims that differ from the paper: `text`, and `command` that shows it, by claim."""
+"""File of explanations by claim, for results that differ from the paper: `text`, and the `command` that shows it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +28,8 @@ class Example:
     """A typical attempt.
 
     Attributes:
-        row: The attempt.
-        outcome: What it shows, "success" or "failure".
+        row: Row of the attempt.
+        outcome: Outcome of the attempt, "success" or "failure".
     """
 
     row: AttemptRow
@@ -37,7 +37,7 @@ class Example:
 
     @property
     def page(self) -> str:
-        """The page's name below the study's folder."""
+        """Path of the page below the study's folder."""
         return f"{RECORDINGS}/{self.row.config_hash}-{self.row.seed}.html"
 
 
@@ -46,8 +46,8 @@ class Entry:
     """A claim of the ledger.
 
     Attributes:
-        claim: What the paper says.
-        finding: What the evidence says about it.
+        claim: Claim of the paper.
+        finding: Finding from the evidence.
         examples: Typical attempts.
     """
 
@@ -58,7 +58,7 @@ class Entry:
     def as_dict(self, explanation: Mapping[str, str]) -> dict[str, Any]:
         """Return plain JSON values; the explanation is given only for a claim that does not hold."""
         claim, finding = self.claim, self.finding
-        told = explanation if finding.verdict != "holds" else {}
+        shown = explanation if finding.verdict != "holds" else {}
         pages = {example.outcome: example.page for example in self.examples}
         return {
             "id": claim.name,
@@ -70,14 +70,14 @@ class Entry:
             "parts": [{"statement": part.statement, "verdict": part.verdict} for part in finding.parts],
             "conditions": {name: sample.as_dict() for name, sample in finding.samples.items()},
             "numbers": finding.numbers,
-            "explanation": " ".join(filter(None, (finding.remark, told.get("text", "").strip()))),
-            "shown_by": told.get("command", ""),
+            "explanation": " ".join(filter(None, (finding.remark, shown.get("text", "").strip()))),
+            "shown_by": shown.get("command", ""),
             "recordings": {outcome: pages.get(outcome) for outcome in ("success", "failure")},
         }
 
 
 def judge_claims(evidence: Evidence) -> list[Entry]:
-    """Return every claim, what is found about it, and typical attempts."""
+    """Return every claim with its finding and typical attempts."""
     return [Entry(claim, claim.judge(evidence), choose_examples(claim, evidence)) for claim in CLAIMS]
 
 
@@ -94,7 +94,7 @@ def choose_examples(claim: Claim, evidence: Evidence) -> list[Example]:
 
 
 def _typical(conditions: Sequence[Condition], evidence: Evidence, outcome: str) -> AttemptRow | None:
-    """Return the attempt of median length among those that came out most often in the same way."""
+    """Return the attempt of median duration among those with the most frequent ending."""
     for condition in conditions:
         rows = [row for row in evidence.sample(condition).rows if row.success == (outcome == "success") and row.result]
         if rows:
@@ -115,10 +115,10 @@ def _length(row: AttemptRow) -> tuple[float, int]:
 def record_examples(
     examples: Iterable[Example], store: StudyStore, progress: Callable[[int, int], None] | None = None
 ) -> None:
-    """Run the attempts again and write a page of each that has none yet.
+    """Run the attempts again and write the missing pages.
 
     Raises:
-        SimulationError: An attempt does not repeat itself.
+        SimulationError: An attempt has another result than in the store.
     """
     from pilegrasp_ctrl.episode import run
     from pilegrasp_ctrl.viewer import write
@@ -133,8 +133,8 @@ def record_examples(
         episode = run(store.scenario(row.config_hash), seed=row.seed, record=True)
         if (episode.success, episode.grasped) != (row.success, row.grasped):
             raise SimulationError(
-                f"seed {row.seed} of {row.config_hash} came out differently when it was repeated; "
-                f"{store.path} was made by another version: choose another folder"
+                f"seed {row.seed} of {row.config_hash} has another result now, so another version made "
+                f"{store.path}; choose another folder"
             )
         if episode.recording is not None:
             write(episode.recording, store.folder / page)

@@ -1,4 +1,4 @@
-"""Does the motion pattern hold? The paper's section III as four questions to the measures of three conditions."""
+"""The verdict on the motion pattern (III): four questions about the measures of three conditions."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from pilegrasp_ctrl.scenarios.paper.judgement import LEVEL
 from pilegrasp_ctrl.statistics import wilson
 
 Measures = Sequence[Mapping[str, Any]]
-"""What `analysis.motion.measure` returned for each attempt at a condition."""
+"""Results of `analysis.motion.measure`, one for each attempt at a condition."""
 
 LEAST_KNOWN = 0.9
-"""Share of the successful attempts in which the held object must have been known before the grasp; chosen."""
+"""Smallest share of the successful attempts in which the held object must be known before the grasp; chosen."""
 
 
 def motion_verdict(measures: Mapping[str, Measures]) -> dict[str, dict[str, Any]]:
     """Return four answers: approach, spread, wall and separation.
 
-    Each holds `verdict` ("holds", "fails" or "not decided") and the numbers that it rests on. Means are compared by
+    Each answer has a `verdict` ("holds", "fails" or "not decided") and its numbers. Means are compared by
     Student's one-sided t-test at `LEVEL`, two means by Welch's. The share is judged by its value, with the 95 % Wilson
     interval beside it.
 

@@ -21,9 +21,9 @@ def results_page(document: Mapping[str, Any], experiments: Sequence[Experiment],
     """Return the page as HTML.
 
     Args:
-        document: What `claims.json` holds.
-        experiments: Experiments of which there is something to draw.
-        evidence: Attempts from which they are drawn.
+        document: Content of `claims.json`.
+        experiments: Experiments with attempts to draw.
+        evidence: Attempts of the experiments.
     """
     claims = document["claims"]
     counts = Counter(claim["verdict"] for claim in claims)

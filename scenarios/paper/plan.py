@@ -1,4 +1,4 @@
-"""What is to be run: the conditions of several experiments, each condition once; and what that will cost."""
+"""The plan of a run: the conditions of several experiments, each condition once, and the expected processor time."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ EXPERIMENTS = {
 }
 """All experiments by name, in the order in which they are run and shown."""
 USUAL_COST = {"rbo_hand2": 1.5, "shovel": 0.95}
-"""Processor time of an attempt with 18 objects, its recording and measures included [s]; up to four times as much on a
-machine whose caches other programs use as well."""
+"""Processor time of an attempt with 18 objects by end-effector, with its recording and measures [s]. It is up to four
+times as long on a machine whose caches other programs use as well."""
 SPREAD_PILE_COST = 0.042
-"""Additional processor time for each object above 30, most of it spent on letting the pile settle [s]."""
+"""Additional processor time for each object above 30 [s]; most of it simulates the settling of the pile."""
 ATTEMPTS_IN_AN_ORDER = 9.0
-"""Cost of an order, with what comes between its attempts, over that of an attempt."""
+"""Processor time of an order, with the time between its attempts, over that of an attempt."""
 
 
 def find_experiment(name: str) -> Experiment:
@@ -42,9 +42,9 @@ class PlannedCondition:
     """Attempts at one condition.
 
     Attributes:
-        condition: Scenario that is run.
-        attempts: Number of attempts, the largest that an experiment asks for.
-        experiment: Name of the first experiment that asks for it.
+        condition: Condition to run.
+        attempts: Number of attempts; the largest number among the experiments with this condition.
+        experiment: Name of the first experiment with this condition.
     """
 
     condition: Condition
@@ -56,17 +56,17 @@ class PlannedCondition:
         return [(self.condition, first_seed + k) for k in range(self.attempts)]
 
     def cost(self) -> float:
-        """Return the processor time that an attempt is expected to take [s]."""
+        """Return the expected processor time of an attempt [s]."""
         scenario = self.condition.scenario
         usual = USUAL_COST[scenario.hand] + SPREAD_PILE_COST * max(0, scenario.pile.count - 30)
         return usual * (ATTEMPTS_IN_AN_ORDER if scenario.name == "bin_picking" else 1.0)
 
 
 def plan(experiments: Iterable[Experiment], attempts: int | None = None) -> list[PlannedCondition]:
-    """Return what the experiments ask for, each condition once.
+    """Return the conditions of the experiments, each condition once.
 
     Args:
-        experiments: What is run.
+        experiments: Experiments to run.
         attempts: Largest number of attempts at a condition; the paper's numbers if None.
     """
     found: dict[str, PlannedCondition] = {}
@@ -83,12 +83,12 @@ def plan(experiments: Iterable[Experiment], attempts: int | None = None) -> list
 
 @dataclass(frozen=True, slots=True)
 class Remaining:
-    """What is left to do.
+    """The rest of a plan that is not in the store yet.
 
     Attributes:
         attempts: Number of attempts in the plan.
-        missing: Number of these that the store does not hold.
-        seconds: Processor time that the missing ones are expected to take [s].
+        missing: Number of these attempts that the store does not hold.
+        seconds: Expected processor time of the missing attempts [s].
     """
 
     attempts: int
@@ -97,7 +97,7 @@ class Remaining:
 
 
 def count_remaining(planned: Sequence[PlannedCondition], first_seed: int, store: StudyStore | None = None) -> Remaining:
-    """Return what is left; a condition of which the store holds attempts costs what those took."""
+    """Return the rest of the plan; stored attempts of a condition give the expected time of its missing ones."""
     costs = store.costs() if store else {}
     measured: dict[str, list[float]] = {}
     for (config_hash, _), (processor, _) in costs.items():

@@ -1,4 +1,4 @@
-"""Run the paper's experiments, judge its claims, and write both down."""
+"""Runs the paper's experiments, judges its claims, and writes the results."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from pilegrasp_ctrl.study.store import StudyStore
 FIGURES = "figures"
 """Folder of the figures, below the study's."""
 MEASURE = "pilegrasp_ctrl.analysis.motion.measure_attempt"
-"""What the study keeps of each recording. It lies apart from the claims, because a study is refused where the package
-of its measure has changed, and a claim in other words must not cost the attempts."""
+"""Function that measures each recording; the study keeps its result. It is not in the package of the claims, because a
+study is refused after its measure's package has changed, and a reworded claim must not cost the attempts."""
 
 
 def run_paper(
@@ -32,12 +32,12 @@ def run_paper(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> StudyStore:
-    """Run what is missing into the folder's store and return it, open.
+    """Run the missing attempts into the folder's store, and return the open store.
 
     Raises:
-        PilegraspError: What `run_study` raises, or the folder's study began with other seeds.
+        PilegraspError: `run_study` raises it, or the folder's study began with other seeds.
     """
-    # Seed by seed, so that a study that is stopped early says something of every condition.
+    # Seed by seed, so that a study that is stopped early has attempts at every condition.
     attempts = sorted((pair for part in planned for pair in part.seeded(first_seed)), key=lambda pair: pair[1])
     configuration = {"study": "paper", "first seed": first_seed}
     return run_study(
@@ -59,14 +59,14 @@ def write_results(
     recordings: bool = True,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
-    """Write `claims.json`, `index.html`, figures and recordings from all that the store holds; return the document.
+    """Write `claims.json`, `index.html`, figures and recordings from all attempts in the store; return the document.
 
     Args:
         store: Store of the study.
         command: Command that the user typed.
         first_seed: First seed of every condition.
-        recordings: Whether to make pages of typical attempts; those that are there are linked in any case.
-        progress: Function that gets the number of pages that are written, and of all.
+        recordings: Whether to make pages of typical attempts; existing pages are linked in any case.
+        progress: Callback that gets the number of written pages and the number of all pages.
     """
     evidence = gather_evidence(store)
     entries = judge_claims(evidence)

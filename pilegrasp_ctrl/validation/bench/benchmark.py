@@ -19,6 +19,7 @@ from .result import BenchResult, Memory, Row, installed_versions, settings_of, t
 from .ticks import TickParts, allocations, impedance, operational_space
 
 Progress = Callable[[float, str], None]
+"""Callback that gets the finished share and the name of the running measurement."""
 
 YARDSTICK = "yardstick"
 """Key of the fixed work to which the project's own ticks are compared."""
@@ -29,13 +30,13 @@ COMPILED = "operational space, compiled"
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """How much to measure.
+    """The size of a benchmark run.
 
     Attributes:
-        blocks: Number of rounds in which every tick has its turn.
+        blocks: Number of rounds; every tick runs once in each.
         block_time: Time of each tick in a round [s].
         allocation_ticks: Number of ticks over which memory is watched.
-        import_rounds: Number of interpreters started for each line, beside one that does not count.
+        import_rounds: Number of interpreters started for each line, beside a first one that does not count.
         scenario: Scenario of the closed loop.
         seeds: Seeds of its attempts.
         overrides: Dotted keys of that scenario.
@@ -55,15 +56,18 @@ class Size:
 
 
 FULL = Size()
+"""Size of `pilegrasp bench`, which takes about a minute; chosen."""
+
 QUICK = Size(blocks=12, block_time=0.005, import_rounds=1, seeds=(0,), quick=True)
+"""Size of `pilegrasp bench --quick`, which takes about 12 s; chosen."""
 
 
 def run_benchmark(size: Size = FULL, progress: Progress = lambda fraction, what: None) -> BenchResult:
     """Measure everything that `size` asks for.
 
     Args:
-        size: How much to measure.
-        progress: Function that gets the share that is done and the name of what is being measured.
+        size: Size of the run.
+        progress: Callback that gets the finished share and the name of the running measurement.
 
     Raises:
         PilegraspError: The scenario or an arm cannot be used.
@@ -99,7 +103,7 @@ def run_benchmark(size: Size = FULL, progress: Progress = lambda fraction, what:
 
 
 class _WorkDone:
-    """Counter of what is done, for the progress bar."""
+    """A counter of finished work for the progress bar."""
 
     def __init__(self, progress: Progress, total: int) -> None:
         self._progress, self._total, self._count, self._what = progress, total, 0, ""
@@ -188,7 +192,7 @@ def _with_ratio(row: Row, other: Row) -> Row:
 
 
 def _yardstick(line: RecordedLine) -> Callable[[int], object]:
-    """Return work of a tick's kind and size whose time no change of the project affects."""
+    """Return work of a tick's type and size, whose time does not depend on the project's code."""
     model = line.arm.pinocchio_model
     data, observations, count = model.createData(), line.observations, len(line.observations)
     matrix, out = np.eye(model.nv), np.empty(model.nv)

@@ -21,7 +21,7 @@ LEAD_IN = 5
 """Calls at the start of each block that do not count [-], because the caches hold another piece of work; chosen."""
 
 FEWEST_CALLS = 5
-"""Least number of calls in a block of a slow piece of work [-]; chosen."""
+"""Smallest number of calls in a block of a slow piece of work [-]; chosen."""
 
 STATEMENTS = {
     "python": "pass",
@@ -33,11 +33,11 @@ STATEMENTS = {
     "first controller": "import pilegrasp_ctrl as pg; pg.OperationalSpaceController(pg.ArmModel.load('wam7'))",
     "import mink": "import mink",
 }
-"""Statements that fresh interpreters are timed with; all of them include the time of the first."""
+"""Statements that are timed in fresh interpreters; the time of the first is part of all others."""
 
 
 class Timing(NamedTuple):
-    """How long one piece of work took.
+    """The durations of one piece of work.
 
     Attributes:
         calls: Number of calls that were timed.
@@ -45,8 +45,8 @@ class Timing(NamedTuple):
         p99: 99th percentile [s].
         worst: Longest call [s].
         blocks: Median of each block [s]; their spread is the machine's noise.
-        tail: Ratio of p99 to median within a block, the median over the blocks. A block is about as long as the slice
-            of time that the system gives to another program, so one such break does not count.
+        tail: Ratio of p99 to median within a block, the median over the blocks. A block is about as long as the time
+            slice that the system gives to another program, so one interruption does not change the median.
     """
 
     calls: int

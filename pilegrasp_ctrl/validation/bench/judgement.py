@@ -1,4 +1,4 @@
-"""What a result of the benchmark is judged by: the project's targets, and an earlier result."""
+"""The judgement of a benchmark result, by the project's targets and by an earlier result."""
 
 from __future__ import annotations
 
@@ -73,16 +73,16 @@ def _at_most(name: str, value: float | None, bound: float) -> Target:
 
 
 class Change(NamedTuple):
-    """How one line changed since an earlier result.
+    """The change of one line since an earlier result.
 
     Absolute times of two runs say more about the machine than about the code. Both sides are therefore ratios to the
     line that they were measured against in their own run.
 
     Attributes:
-        key: The line, and the line that it was measured against.
-        old: Its ratio in the saved result.
-        new: Its ratio now.
-        factor: Ratio old / new, above 1 where it became faster.
+        key: Key of the line, and of the line that it was measured against.
+        old: Ratio in the saved result.
+        new: Ratio of this run.
+        factor: Quotient old / new, above 1 if the line became faster.
         noise: Relative difference that two runs of the same code may show: the spreads of both and `BETWEEN_RUNS`,
             added in quadrature.
     """

@@ -20,7 +20,7 @@ CHUNK = 50
 
 
 class Chunk(NamedTuple):
-    """`CHUNK` control periods, and the same physics steps without anything around them.
+    """`CHUNK` control periods of the loop, and the same physics steps alone.
 
     Attributes:
         start: Simulated time at the start [s].
@@ -60,7 +60,7 @@ class LoopMeter:
         self._open()
 
     def __call__(self, part: str) -> None:
-        """Note a part of a control period that is done."""
+        """Note a finished part of a control period."""
         if part == "observe":
             self._observed = perf_counter()
         elif part == "control":
@@ -102,7 +102,7 @@ class LoopMeter:
 
 
 class LoopTiming(NamedTuple):
-    """Attempts with a clock in the loop.
+    """The timed loops of all attempts.
 
     Attributes:
         scenario: Name of the scenario.
@@ -152,7 +152,7 @@ def time_loop(
 
 
 def loop_rows(timing: LoopTiming, suffix: str = "") -> tuple[LoopRow, ...]:
-    """Return the statistics of the push, where the attempts have one, and of whole attempts.
+    """Return the statistics of the push, if the attempts have one, and of whole attempts.
 
     Args:
         timing: Timing of the attempts.

@@ -14,13 +14,13 @@ from ...trajectories.straight_line import StraightLine
 from ...types import Array, Observation, Reference, frozen_array
 
 RATE = 500.0
-"""Rate of the control loop [Hz]; that of the shipped scenarios."""
+"""Rate of the control loop [Hz], as in the shipped scenarios."""
 
 DISPLACEMENT = (0.0, 0.1, 0.05)
 """Displacement of the line [m]; chosen."""
 
 SPEED = 0.1
-"""Speed along the line [m/s]; chosen, that of a push."""
+"""Speed along the line [m/s]; chosen as the speed of a push."""
 
 TIGHT = 0.6
 """Share of the line's largest joint speeds that the tightened arm may use [-]; chosen."""
@@ -50,12 +50,12 @@ class BenchArm(NamedTuple):
         return ArmModel.from_urdf(panda_urdf(), self.frame, locked_joints=PANDA_FINGERS, name="panda")
 
 
-# The WAM holds its hand over a pile in front of it, the Panda is near its maker's ready pose; in neither is an axis
-# aligned with the world.
 ARMS = (
     BenchArm("wam7", "flange", frozen_array([0.26, 0.82, -0.01, 1.68, -0.87, 0.81, -1.03], (7,), "posture")),
     BenchArm("panda", "panda_hand_tcp", frozen_array([0.1, -0.3, 0.2, -2.0, 0.1, 1.7, 0.3], (7,), "posture")),
 )
+"""Arms of the benchmark with their start postures [rad]; chosen. The WAM holds its hand over a pile in front of it, and
+the Panda is near its manufacturer's ready pose. No axis of either arm is aligned with the world."""
 
 
 class RecordedLine(NamedTuple):

@@ -1,4 +1,4 @@
-"""The ticks of other libraries on the same states: who they are, what their tick does, and how to install them."""
+"""The ticks of other libraries on the same states: names, work of one tick, and how to install each library."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ class Peer(NamedTuple):
 
     Attributes:
         key: Name in the result.
-        does: What one tick does, and what it does not.
-        requires: Module that it needs.
+        does: Work of one tick, and the parts that it leaves out.
+        requires: Module that the tick imports.
         install: Command that installs it.
-        make: Maker of the tick from the recorded line; it imports the module.
+        make: Function from the recorded line to the tick; it imports the module.
     """
 
     key: str
@@ -143,4 +143,4 @@ PEERS = (
         for solver in ("daqp", "osqp")
     ),
 )
-"""Every peer, in the order of the table."""
+"""All peers, in the order of the table."""

@@ -14,7 +14,7 @@ from ...provenance import ABSENT, versions
 from .clock import Timing
 
 OTHER_PACKAGES = ("osqp", "qpsolvers", "pin-pink", "tsid")
-"""Packages whose versions a result states, beside those that decide an attempt."""
+"""Packages whose versions a result contains, beside those that decide an attempt."""
 
 Table = Literal["tick", "stage", "peer", "import"]
 """Table of a line; "stage" holds the parts of the operational-space tick."""
@@ -30,16 +30,16 @@ class Row(_Document):
     Attributes:
         key: Name of the line, such as "wam7 operational space".
         table: Table to which the line belongs.
-        count: Number of calls that were timed; 0 where the work could not be timed.
-        median_us: Median of all calls; None where there are none, like the next two.
+        count: Number of timed calls; 0 if the work could not be timed.
+        median_us: Median of all calls; None without calls, like the next two.
         p99_us: 99th percentile.
         worst_us: Longest call.
-        tail: Ratio of p99 to median within a block, the median over the blocks; other programs hardly count in it.
+        tail: Ratio of p99 to median within a block, the median over the blocks; other programs hardly affect it.
         blocks_us: Median of each block.
         ratio: Ratio to the line that `against` names, the median over the blocks.
         spread: Half the distance from the 10th to the 90th percentile of the blocks' ratios, over `ratio`.
         against: Key of another line of the same run.
-        note: What is timed, or why it is not.
+        note: Description of the work, or the reason why it is not timed.
     """
 
     key: str
@@ -57,7 +57,7 @@ class Row(_Document):
 
 
 class Memory(_Document):
-    """What a tick allocates; `ticks.Allocation` explains each number."""
+    """The memory that a tick allocates; `ticks.Allocation` explains each number."""
 
     key: str
     peak_bytes: float
@@ -72,7 +72,7 @@ class LoopRow(_Document):
     """Closed loop against bare physics, per control period, by processor time.
 
     Attributes:
-        phase: "push" or "attempt", with ", compiled" where the controller was compiled.
+        phase: "push" or "attempt", with ", compiled" if the controller was compiled.
         chunks: Number of comparisons.
         ratio: Loop over bare physics, the median over the chunks.
         ratio_p10: 10th percentile of that ratio.
@@ -97,14 +97,14 @@ class LoopRow(_Document):
 
 
 class Target(_Document):
-    """One number that the project wants to reach.
+    """One target of the project.
 
     Attributes:
-        name: What is measured, in words.
-        value: Measured value; None where nothing was measured.
-        relation: How the value must compare with `bound`.
+        name: Description of the measured number.
+        value: Measured value; None if nothing was measured.
+        relation: Required relation of the value to `bound`.
         bound: Bound of the value.
-        met: Whether the target is met; None where nothing was measured.
+        met: Whether the target is met; None if nothing was measured.
     """
 
     name: str
@@ -115,11 +115,11 @@ class Target(_Document):
 
 
 class Settings(_Document):
-    """How the run was made, and on what machine; its times mean little without.
+    """The settings and the machine of a run; its times mean little without them.
 
     Attributes:
         quick: Whether the run took few samples.
-        threads: Value of OMP_NUM_THREADS, or "" where it was not set.
+        threads: Value of OMP_NUM_THREADS, or "" if it was not set.
         processors: Number of processors that this process may use.
         load: Load average of the last minute when the run began.
         processor: Name of the processor.
@@ -137,7 +137,7 @@ class Settings(_Document):
 
 
 class BenchResult(_Document):
-    """Everything that one run measured."""
+    """All measurements of one run."""
 
     form: Literal["pilegrasp-bench-1"] = "pilegrasp-bench-1"
     settings: Settings
@@ -149,12 +149,12 @@ class BenchResult(_Document):
     targets: tuple[Target, ...]
 
     def row(self, key: str) -> Row | None:
-        """Return the line with that key; None where there is none."""
+        """Return the line with that key, or None."""
         return next((row for row in self.rows if row.key == key), None)
 
 
 def load_result(path: Path) -> BenchResult:
-    """Read what `pilegrasp bench --save` wrote.
+    """Read a file that `pilegrasp bench --save` wrote.
 
     Raises:
         ConfigurationError: The file cannot be read or has another form.
@@ -202,7 +202,7 @@ def settings_of(scenario: str, seeds: tuple[int, ...], quick: bool) -> Settings:
 
 
 def _processor() -> str:
-    """Return the processor's name where the system tells it, else the architecture."""
+    """Return the processor's name if the system gives it, else the architecture."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -211,6 +211,6 @@ def _processor() -> str:
 
 
 def installed_versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that take part, as far as they are installed."""
+    """Return the versions of Python and of those packages of a run that are installed."""
     found = {"python": platform.python_version()} | versions(*OTHER_PACKAGES)
     return {name: version for name, version in found.items() if version != ABSENT}

@@ -1,4 +1,4 @@
-"""The project's own control tick as pieces of work: state to torque, whole and in parts, and what it allocates."""
+"""The project's own control tick as pieces of work: state to torque, whole and in parts, and its memory."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ TICK_PARTS = ("arm.update", "task and bounds", "friction", "QP", "torque")
 
 
 class Allocation(NamedTuple):
-    """What a tick asks of the memory allocator, by tracemalloc, less what the same measurement of nothing gives.
+    """The memory of a tick, by tracemalloc, less the result of the same measurement of an empty function.
 
     Attributes:
         peak_bytes: Most bytes held at any moment of a tick beyond what was held before it (median over ticks).
@@ -122,7 +122,7 @@ class TickParts:
         self._durations, self._skip = [], LEAD_IN
 
     def timings(self) -> dict[str, Timing]:
-        """Return how long each part took."""
+        """Return the durations of each part."""
         return {name: Timing.of([block[:, column] for block in self._blocks]) for column, name in enumerate(TICK_PARTS)}
 
 

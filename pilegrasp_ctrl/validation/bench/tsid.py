@@ -1,4 +1,4 @@
-"""TSID's tick on the project's control problem, for comparison and as an independent check of the torques.
+"""TSID's tick on the project's control problem, as a comparison and an independent check of the torques.
 
 This module needs the package tsid of the same release as the installed Pinocchio.
 """

@@ -1,4 +1,4 @@
-"""A hand on a fixed flange in the posture of an attempt, what one of its fingers does, and a ball that it may hold."""
+"""A bench for the soft hand: fixed flange, posture of an attempt, measurements of a finger, and a ball to hold."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from ...sim.scene import add_objects, new_spec
 from ...types import Array, Pose
 
 TIMESTEP = 1e-3
-"""Physics step [s]; that of the shipped scenarios."""
+"""Physics step of the shipped scenarios [s]."""
 
 FINGER = "middle"
-"""Finger that is measured where none is named."""
+"""Finger that is measured by default."""
 
 SETTLING = 1.5
 """Time after which a loaded finger is at rest [s]; chosen."""
@@ -37,7 +37,7 @@ CLOSED = 0.9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HandBench:
-    """A compiled hand in still air, made by the functions that make an attempt's scene.
+    """A compiled hand without gravity, made by the functions that make an attempt's scene.
 
     Attributes:
         hand: Hand.
@@ -51,7 +51,7 @@ class HandBench:
 
     @classmethod
     def build(cls, hand: Hand, ball: ObjectModel | None = None) -> Self:
-        """Compile the hand, with a free ball where one is given."""
+        """Compile the hand, and a free ball if one is given."""
         spec = new_spec(TIMESTEP)
         tool = Pose(np.zeros(3), tool_rotation(0.0, hand.theta))
         flange = tool @ hand.transform_tool_to_flange.inverse()
@@ -65,7 +65,7 @@ class HandBench:
                 add_pair(spec, geom, "object_0", contact)
         model = spec.compile()
         model.opt.gravity[:] = 0.0
-        # A ball at rest without gravity would sleep on when its weight sets in.
+        # A ball at rest without gravity would stay asleep when its weight sets in.
         model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         return cls(hand, model, tool)
 

@@ -24,7 +24,7 @@ LOAD = 0.5
 """Load of the fingertip [N]; chosen."""
 
 PAYLOAD = 0.5
-"""Mass that the real hand is said to carry [kg] (Deimel and Brock, RSS 2014)."""
+"""Published payload of the real hand [kg] (Deimel and Brock, RSS 2014)."""
 
 HEAVY_BALL = 0.180 * GRAVITY
 """Weight of the heaviest ball of the paper's Table I [N]."""

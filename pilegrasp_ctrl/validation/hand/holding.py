@@ -1,4 +1,4 @@
-"""What the closed hand holds: the pull that takes a ball out of it, and the mass that it carries through a lift."""
+"""The grip of the closed hand: the pull that takes a ball out of it, and the mass that it carries through a lift."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ BALL_POSITION = np.array([-0.06, 0.0, 0.042])
 """Position (3,) of the ball's centre in the tool frame before the hand closes [m]: between fingers and palm; chosen."""
 
 HOLDER_STIFFNESS = 200.0
-"""Stiffness of the critically damped spring that holds the ball there until the hand has closed [N/m]; chosen."""
+"""Stiffness of the critically damped spring that holds the ball in place until the hand has closed [N/m]; chosen."""
 
 SETTLING = 0.5
 """Time from the release of the ball to the measurement [s]; chosen."""
 
 LOST = 0.06
-"""Distance from the closed hand's ball beyond which the ball is lost [m]; chosen above its diameter."""
+"""Displacement of the ball in the closed hand beyond which it is lost [m]; chosen above its diameter."""
 
 PULL_RATE = 5.0
-"""Growth of the pull [N/s]; chosen so slow that the ball's inertia does not count."""
+"""Rate of the pull [N/s]; chosen so small that the ball's inertia does not matter."""
 
 MAX_PULL = 100.0
-"""Pull at which a measurement gives up [N]; chosen."""
+"""Pull at which a measurement ends without a loss of the ball [N]; chosen."""
 
 PULLS = {"along the fingers": (1.0, 0.0, 0.0), "out of the palm": (0.0, 0.0, 1.0)}
 """Directions of the pull in the tool frame. Sideways the ball would leave between thumb and fingers or past

@@ -18,7 +18,7 @@ FINGERS = ("pinky", "ring", "middle", "index")
 """Fingers of the RBO Hand 2 without the thumb."""
 
 START_TIME = 0.3
-"""Time from the start of the push until the hand has its speed and its depth [s]; chosen."""
+"""Time from the start of the push until the hand has reached its speed and its depth [s]; chosen."""
 
 PILE_FORCE = 2.0
 """Force along the push below which the hand has not met the pile yet [N]; chosen."""
@@ -82,7 +82,7 @@ class ShovelSlide:
 
 
 def hand_slide(recording: Recording, hand: Hand) -> HandSlide:
-    """Return how the soft hand slid.
+    """Return the clearances, bends and force of the sliding soft hand.
 
     Raises:
         RecordingError: The recorded attempt has no push.
@@ -110,7 +110,7 @@ def hand_course(recording: Recording, hand: Hand) -> HandCourse:
 
 
 def shovel_slide(recording: Recording, hand: Hand) -> ShovelSlide:
-    """Return how the shovel slid and scooped.
+    """Return the heights, forces and angles of the sliding and scooping shovel.
 
     Raises:
         RecordingError: The recorded attempt has no push.
@@ -136,6 +136,8 @@ def shovel_slide(recording: Recording, hand: Hand) -> ShovelSlide:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Frames:
+    """Body poses of a recording by body name."""
+
     recording: Recording
     time: Array
     index: dict[str, int]

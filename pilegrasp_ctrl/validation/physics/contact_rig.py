@@ -32,12 +32,12 @@ FIXED_OBJECT = np.array([0.7, -0.4, 0.5])
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """A place on a surface.
+    """A point on a surface.
 
     Attributes:
         geom: Name of the geom.
-        point: (3,) Point on it [m].
-        normal: (3,) Outward normal there.
+        point: (3,) Position [m].
+        normal: (3,) Outward unit normal.
     """
 
     geom: str
@@ -156,7 +156,7 @@ def _palm_spots(data: Any) -> dict[str, Spot]:
     pad, finger = data.geom("palm_pad"), data.geom("middle_3")
     axes, along = pad.xmat.reshape(3, 3), finger.xmat.reshape(3, 3)[:, 2]
     size = data.model.geom("palm_pad").size
-    # 4 mm off the middle, where a ball is clear of the fingers.
+    # 4 mm off the middle, so that a ball is clear of the fingers.
     palm = pad.xpos + axes @ [0.004, 0.0, size[2]]
     normal = TOOL.rotation[:, 2] - along * along.dot(TOOL.rotation[:, 2])
     normal /= np.linalg.norm(normal)

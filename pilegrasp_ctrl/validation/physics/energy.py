@@ -1,4 +1,4 @@
-"""Energy: a falling object keeps it, and no contact returns more than it took."""
+"""Energy: a falling object keeps its energy, and no contact returns more than it took."""
 
 from __future__ import annotations
 

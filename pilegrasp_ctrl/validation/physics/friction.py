@@ -64,7 +64,7 @@ class Roll:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slip:
-    """An object on a slope that grows.
+    """An object on a growing slope.
 
     Attributes:
         slopes: (n,) Slopes [rad].
@@ -76,7 +76,7 @@ class Slip:
 
     @property
     def angle(self) -> float:
-        """Slope beyond which the object is accelerated [rad]; NaN where it does not slip.
+        """Slope beyond which the object accelerates [rad]; NaN if it does not slip.
 
         A slipping object is accelerated by g (sin - mu cos) of the slope, and mu follows from the acceleration between
         two speeds. The first motion says nothing, because a soft contact creeps at up to 20 mm/s before it slips.

@@ -43,7 +43,7 @@ PILES = (
 
 
 def impact_depth(rig: ContactRig, where: str, speed: float) -> float:
-    """Throw the object at a spot [m/s]; return its depth [m], or infinity where it does not come back."""
+    """Throw the object at a spot at `speed` [m/s]; return its depth [m], or infinity if it does not come back."""
     spot = rig.spots[where]
     data = rig.place(spot, 0.01)
     data.qvel[:3] = -speed * spot.normal

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from ...statistics import markdown_table
 
 Relation = Literal["=", "<=", ">="]
-"""Whether a deviation counts on both sides, or only above or below what was requested."""
+"""Sides of the requested number on which a deviation counts: both, above, or below."""
 
 HEADER = ("check", "requested", "measured", "tolerance", "verdict")
 """Columns of the table."""
@@ -21,14 +21,14 @@ class PhysicsCheck:
     """A requested number beside the measured one.
 
     Attributes:
-        name: What was measured, and where.
+        name: Quantity and place of the measurement.
         requested: Requested number in `unit`, by a formula, a setting or a publication.
         measured: Measured number in `unit`.
         tolerance: Allowed deviation in `unit`.
         unit: Unit of the three numbers; "-" for a ratio.
         relation: Sides on which a deviation counts.
-        known: Reason of a known miss, or ""; a known miss is reported and does not fail the whole.
-        published: Figure for the real hand with its source, or "" where none was found or none applies.
+        known: Reason of a known miss, or ""; a known miss is reported, and the run still passes.
+        published: Number for the real hand with its source, or "" if none was found or none applies.
     """
 
     name: str

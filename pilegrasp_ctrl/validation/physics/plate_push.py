@@ -1,4 +1,4 @@
-"""A settled pile is pushed by a plate at constant speed: its force, its work, and the energy of the pile."""
+"""A plate pushes a settled pile at constant speed: its force, its work, and the energy of the pile."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SPEED = 0.1
 """Speed of the plate [m/s]; that of a push in the shipped scenarios."""
 
 APPROACH = 0.05
-"""Longest way of the plate to the first object [m]; chosen."""
+"""Longest travel of the plate before it touches an object [m]; chosen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -47,7 +47,7 @@ class Drops:
     """Restitutions of an object on a spot.
 
     Attributes:
-        requested: Restitution that the contact is asked for [-].
+        requested: Restitution in the contact's parameters [-].
         values: (heights, phases) Measured restitutions [-].
     """
 
@@ -56,7 +56,7 @@ class Drops:
 
     @property
     def worst_mean(self) -> float:
-        """Mean over the phases, at the height where it is farthest from the requested one."""
+        """Mean over the phases, at the height with the largest error."""
         means = self.values.mean(axis=1)
         return float(means[np.abs(means - self.requested).argmax()])
 
@@ -107,7 +107,7 @@ def sweep(hand_name: str, where: str, timestep: float = SHIPPED_STEP) -> list[Dr
 def restitution_checks() -> Iterator[PhysicsCheck]:
     """Check every object on supports, on another object and on both hands; then the whole range of restitutions.
 
-    Where several surfaces request the same restitution, the check states the one with the largest error.
+    If several surfaces request the same restitution, the check reports the one with the largest error.
     """
     hands = {name: Hand.load(name) for name in ("shovel", "rbo_hand2")}
     for name in BOUNCING:
@@ -139,7 +139,7 @@ def step_halving_checks() -> Iterator[PhysicsCheck]:
 
 
 def _check(name: str, results: Sequence[Drops]) -> PhysicsCheck:
-    """Return the mean over the phases, at the surface and the height where it is farthest from the requested one."""
+    """Return the mean over the phases, at the surface and the height with the largest error."""
     farthest = max(results, key=lambda result: abs(result.worst_mean - result.requested))
     return PhysicsCheck(name, farthest.requested, farthest.worst_mean, _tolerance(farthest.requested), "-")
 

@@ -20,7 +20,7 @@ KNOWN = {
 """Checks that are known to be missed, each with the reason."""
 
 Progress = Callable[[float, str], None]
-"""Function that gets the share that is done and the name of the last check."""
+"""Callback that gets the finished share and the name of the last check."""
 
 
 def hand_checks() -> Iterator[PhysicsCheck]:
