@@ -1,4 +1,4 @@
-"""The one closed loop: observation, setpoint, torque, physics."""
+"""The closed loop of an attempt: observation, setpoint, torque, physics."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ from .sim.readout import FrameFeed, Observer
 from .types import Observation, Outcome, Reference
 
 Progress = Callable[[float, str], None]
-"""Called with the simulated time [s] and the primitive's name."""
+"""Function that is called with the simulated time [s] and the primitive's name."""
 
 LOOP_PARTS = ("observe", "state", "primitive", "control", "record", "step", "check")
 """Parts of a control period, in their order: sensors; terms of the arm; events and setpoint of the primitive; torque;
 recording and frames; physics; watchdog, saturation and rims."""
 
 LoopObserver = Callable[[str], None]
-"""Called with the name of each part of a control period when the part is done."""
+"""Function that is called with the name of each part of a control period after the part."""
 
 PROGRESS_PERIOD = 0.1
-"""Simulated time between two calls of the progress function [s]."""
+"""Simulated time between two calls of the progress function [s]; chosen."""
 
 SETTLING_TIME = 0.5
-"""Time for which the arm holds its start pose before the first primitive [s]; fingers and sensor settle."""
+"""Time for which the arm holds its start pose before the first primitive [s]; chosen. Fingers and sensor settle."""
 
 TIME_LIMIT = 60.0
-"""Longest simulated time of an attempt, and of each attempt of an order [s]."""
+"""Longest simulated time of an attempt, and of each attempt of an order [s]; chosen."""
 
 
 def run(
@@ -66,7 +66,7 @@ def run(
         overrides: Dotted keys and values on top of a named scenario or a file.
         progress: Function that is called with the simulated time [s] and the primitive's name while the attempt runs.
         on_frame: Function that is called at the times of a recording's frames and at the end of each primitive. The
-            simulation waits for it; it changes nothing.
+            simulation waits for it. It must not change anything.
 
     Raises:
         PilegraspError: The scenario cannot be used, a pose is out of reach, the pile does not settle, or the simulation
@@ -74,11 +74,13 @@ def run(
     """
     if isinstance(scenario, Scenario):
         if overrides:
-            raise ConfigurationError("overrides go with a name or a file; use load_scenario(name, overrides) first")
+            raise ConfigurationError(
+                "overrides need the name or file of a scenario; call load_scenario(name, overrides) and pass its result"
+            )
     else:
         scenario = load_scenario(scenario, overrides)
     if not isinstance(seed, int) or seed < 0:
-        raise ConfigurationError(f"seed = {seed!r} must be a whole number that is not negative")
+        raise ConfigurationError(f"seed = {seed!r} must be a non-negative integer")
     return run_attempt(prepare(scenario, seed), record=record, progress=progress, on_frame=on_frame)
 
 
@@ -97,8 +99,8 @@ def run_attempt(
         record: Whether to keep a recording.
         progress: As for `run`.
         on_frame: As for `run`.
-        on_part: Function that is called after each of `LOOP_PARTS` in every control period, for example with a clock.
-            It may read `attempt.simulation`; it changes nothing.
+        on_part: Function that is called after each of `LOOP_PARTS` in every control period, for example to
+            measure times. It may read `attempt.simulation` and must not change anything.
 
     Raises:
         SimulationError: The simulation leaves the range in which it can be believed.
@@ -107,12 +109,12 @@ def run_attempt(
 
 
 def _nothing(part: str) -> None:
-    """Observe nothing."""
+    """Ignore the end of a part."""
 
 
 @contextmanager
 def _no_garbage_collection() -> Iterator[None]:
-    """Pause the garbage collector: the loop makes no cycles, and a full collection takes several control periods."""
+    """Pause the garbage collector: the loop makes no cycles, and a collection takes several control periods."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -146,10 +148,10 @@ class _Loop:
         self._zero = np.zeros(6)
         self._overload = ""
         self._begun = 0.0
-        self._withdrawing = False
+        self._retreating = False
 
     def run(self) -> EpisodeResult:
-        """Run every primitive until one fails, then judge."""
+        """Run every primitive until one fails, then judge the attempt."""
         attempt = self._attempt
         start = time.perf_counter()
         with _no_garbage_collection():
@@ -181,9 +183,9 @@ class _Loop:
         )
         return replace(result, recording=self._recorder.finish(_meta(attempt, result))) if self._recorder else result
 
-    def _run_primitives(self, primitives: Sequence[Primitive], withdrawing: bool = False) -> list[Outcome]:
-        """Run primitives until one fails. While the arm is withdrawn, the fault before it does not count again."""
-        self._withdrawing = withdrawing
+    def _run_primitives(self, primitives: Sequence[Primitive], retreating: bool = False) -> list[Outcome]:
+        """Run primitives until one fails. While the arm retreats, an earlier fault does not count again."""
+        self._retreating = retreating
         outcomes: list[Outcome] = []
         for primitive in primitives:
             outcomes.append(self._run_primitive(primitive))
@@ -202,7 +204,7 @@ class _Loop:
             self._recorder.push_direction = plan.direction
 
     def _bin_state(self) -> BinState:
-        """Return what the next step of an order is decided on."""
+        """Return the state on which the next step of an order depends."""
         simulation = self._attempt.simulation
         poses = simulation.data.qpos[simulation.scene.object_qpos :].reshape(-1, 7).copy()
         q = simulation.data.qpos[: self._attempt.arm.nv].copy()
@@ -223,7 +225,7 @@ class _Loop:
             done("observe")
             state = attempt.arm.update(observation.q, observation.v)
             done("state")
-            # Nothing touches the hand, and a reading before the tare holds the sensor's offset.
+            # The wrench is left out: nothing touches the hand, and the reading before the tare contains the offset.
             unloaded = Observation(observation.time, observation.q, observation.v)
             self._torque = attempt.control(unloaded, self._setpoint, state).command.torque
             simulation.apply(self._torque, self._setpoint.closure)
@@ -232,10 +234,11 @@ class _Loop:
         simulation.tare()
 
     def _run_primitive(self, primitive: Primitive) -> Outcome:
+        """Run a primitive until its own event or a fault ends it."""
         attempt, simulation, arm, done = self._attempt, self._attempt.simulation, self._attempt.arm, self._done
         active: ActivePrimitive | None = None
         travel = peak = 0.0
-        lasting: str | None = None
+        fault: str | None = None
         while True:
             observation = simulation.observe()
             done("observe")
@@ -251,15 +254,15 @@ class _Loop:
             peak = max(peak, active.force(inputs))
             ending = active.ending(inputs)
             overload = self._overload or observation.saturated
-            if overload and not self._withdrawing:
-                # A reading at the end of the sensor's range is no event, whichever threshold it crossed on its way.
+            if overload and not self._retreating:
+                # A saturated reading is a fault, even if it crossed the primitive's threshold before.
                 ending = Ending(f"wrist sensor saturated: {overload}", failed=True)
-            late = inputs.time - self._begun > TIME_LIMIT and not self._withdrawing
-            if ending is None and (lasting or late):
-                ending = Ending(lasting or f"time limit of {TIME_LIMIT:.0f} s", failed=True)
+            late = inputs.time - self._begun > TIME_LIMIT and not self._retreating
+            if ending is None and (fault or late):
+                ending = Ending(fault or f"time limit of {TIME_LIMIT:.0f} s", failed=True)
             if ending is not None:
                 if self._recorder:
-                    # The curves show what ended the primitive.
+                    # The last sample shows the reading that ended the primitive.
                     self._recorder.sample(observation, state, self._setpoint, self._torque, self._zero, always=True)
                 if self._frames:
                     self._frames.show(observation.time, primitive.name, always=True)
@@ -282,30 +285,31 @@ class _Loop:
             simulation.step()
             done("step")
             self._watchdog.check(simulation.data)
-            if not self._withdrawing:
-                lasting = self._saturation.update(output) or attempt.rims.find_collision(simulation.data)
+            if not self._retreating:
+                fault = self._saturation.update(output) or attempt.rims.find_collision(simulation.data)
             if self._progress and observation.time >= self._next_progress:
                 self._next_progress = observation.time + PROGRESS_PERIOD
                 self._progress(observation.time, primitive.name)
             done("check")
 
-    def _judge(self, outcomes: list[Outcome]) -> tuple[int, str]:
-        """Return the number of objects held, and why the attempt did not succeed; "" after a success."""
+    def _judge(self, outcomes: list[Outcome]) -> tuple[int, str | None]:
+        """Return the number of objects held and the reason of a failure, if any."""
         attempt = self._attempt
         if outcomes[-1].status == "failed":
             return 0, f"{outcomes[-1].name}: {outcomes[-1].trigger}"
         if attempt.scenario.program != "grasp":
-            return 0, ""
+            return 0, None
         simulation = attempt.simulation
         pose = attempt.arm.update(simulation.observe().q, np.zeros(attempt.arm.nv)).pose
         tool = (attempt.transform_known_to_scene @ pose).translation
         lift = attempt.scenario.strategy.lift_height
         positions = simulation.data.xpos[list(simulation.scene.objects)]
         grasped = int(np.count_nonzero(are_held(positions, tool, attempt.pile.poses[:, 2], lift)))
-        return grasped, "" if grasped else NOTHING_HELD
+        return grasped, None if grasped else NOTHING_HELD
 
 
 def _meta(attempt: Attempt, result: EpisodeResult) -> dict[str, Any]:
+    """Return the `meta` of the recording."""
     scenario = attempt.scenario
     return {
         "scenario": scenario.name,

@@ -243,13 +243,9 @@ def test_numpy_values_are_accepted_as_numbers():
 
 def test_a_value_of_an_unsupported_type_is_an_error():
     date = datetime.date(2021, 5, 30)
-    with pytest.raises(
-        ConfigurationError, match=r"^pile\.count holds .* not a number, text, list or table: 2021-05-30"
-    ):
+    with pytest.raises(ConfigurationError, match=r"^pile\.count holds .* not a number, .*: 2021-05-30"):
         build_scenario({}, {"pile.count": date})
-    with pytest.raises(
-        ConfigurationError, match=r"^mine\.toml: holds .* not a number, text, list or table: 2021-05-30"
-    ):
+    with pytest.raises(ConfigurationError, match=r"^mine\.toml: holds .* not a number, .*: 2021-05-30"):
         build_scenario({"name": date}, source="mine.toml")
 
 

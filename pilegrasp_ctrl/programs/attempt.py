@@ -1,4 +1,4 @@
-"""Preparation of an attempt: settle the pile, plan the motion, and check both before anything moves."""
+"""Preparation of an attempt: settle the pile, plan the motion, and check its poses before anything moves."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Attempt:
     Attributes:
         scenario: Scenario of the attempt.
         seed: Seed of pile and sensor noise.
-        arm: Arm with the hand's mass, the tool frame and the base, as far as they are known.
+        arm: Arm with the known mass of the hand, tool frame and base.
         transform_known_to_scene: Transform from the frame of arm and plan to the frame of the simulation. It is the
             identity unless the true slope of the floor differs from the known one.
         plan: Start pose and primitives.
@@ -45,7 +45,7 @@ class Attempt:
         period: Control period [s].
         pile: Pile as it settled.
         rims: Monitor of the bin's rims.
-        order: Pick order; None unless `program = "order"`.
+        order: Pick order; None for other programs than "order".
     """
 
     scenario: Scenario
@@ -62,7 +62,7 @@ class Attempt:
 
 
 class _Parts(NamedTuple):
-    """What is known of an attempt before its pile has settled.
+    """Parts of an attempt that do not depend on the settled pile.
 
     Attributes:
         steps: Physics steps in a control period.
@@ -83,7 +83,8 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     """Settle the pile, plan, check that every pose is within reach, and build the scene.
 
     Raises:
-        PilegraspError: One of these cannot be done.
+        PilegraspError: A name, file or key of the scenario is invalid, the pile does not settle, or a pose is out of
+            reach.
     """
     steps, hand, objects, layout, make_controller = _parts(scenario)
     slope_error = np.radians(scenario.support.slope_error_deg)
@@ -117,9 +118,9 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     else:
         plan, q = plan_to(pile.poses, goal)
     # The plan is made for the known floor and runs on the true floor.
-    true = layout.with_rising_floor(slope_error)
-    known_to_scene = true.transform_from(layout)
-    scene = build_scene(scenario, hand, objects, true)
+    true_layout = layout.with_rising_floor(slope_error)
+    known_to_scene = true_layout.transform_from(layout)
+    scene = build_scene(scenario, hand, objects, true_layout)
     period = steps * scenario.sim.timestep
     sensor = WristSensor(scene.model, tool, scenario.sensor, period, seed, known_to_scene.rotation.T)
     simulation = Simulation(scene, sensor, steps)
@@ -140,15 +141,16 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
 
 
 def check(scenario: Scenario) -> None:
-    """Check what can be checked without a pile: names, files, gains, and keys that do not go together.
+    """Check a scenario without its pile: names, files, gains, and combinations of keys.
 
     Raises:
-        ConfigurationError: One of them cannot be used.
+        ConfigurationError: A name, file or gain is invalid, or two keys exclude one another.
     """
     _parts(scenario)
 
 
 def _parts(scenario: Scenario) -> _Parts:
+    """Return the checked parts of an attempt that do not depend on the settled pile."""
     if scenario.robot not in names():
         raise ConfigurationError(f"robot = {scenario.robot!r} is not known; choose from {', '.join(names())}")
     steps = _steps(scenario)
@@ -156,7 +158,7 @@ def _parts(scenario: Scenario) -> _Parts:
     objects = objects_of(scenario.pile)
     layout = make_layout(scenario.support, scenario.pile, objects.diameter, scenario.program == "order")
     if scenario.strategy.kind == "object" and (scenario.pile.count == 0 or scenario.support.bin):
-        why = "in a bin the push has no choice of its line" if scenario.support.bin else "pile.count is 0"
+        why = "the goal in a bin fixes the push line" if scenario.support.bin else "pile.count is 0"
         raise ConfigurationError(f"strategy.kind = 'object' cannot aim at an object, because {why}; make it 'pile'")
     return _Parts(steps, hand, objects, layout, controller_factory(scenario, hand))
 
@@ -181,7 +183,7 @@ def _plan_within_reach(
     search: StartPosture,
     posture: Array | None,
 ) -> tuple[Plan, Array]:
-    """Return the plan with the longest push that the arm can follow to its end, and the start posture."""
+    """Return the plan with the longest push whose end is within reach, and the start posture."""
     for farthest in REACH:
         plan = _plan(scenario, hand, layout, line, farthest)
         q = posture = search.solve(plan.start, posture)

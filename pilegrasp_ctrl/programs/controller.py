@@ -1,4 +1,4 @@
-"""The controller that a scenario asks for, with its gains."""
+"""The controller of a scenario, with its gains."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from ..tasks.gains import Impedance, MotionGains, load_gains
 from ..types import Array, ControllerOutput, Observation
 
 Control = Callable[[Observation, Setpoint, ArmState], ControllerOutput]
-"""Returns the torque for an observation, a setpoint and the state that belongs to the observation."""
+"""Function that returns the torque for an observation, a setpoint and the arm's state at the observation."""
 
 ControllerFactory = Callable[[ArmModel, Array], Control]
-"""Makes the controller of an arm that prefers a posture (nv,) [rad]."""
+"""Function that makes the controller of an arm with a preferred posture (nv,) [rad]."""
 
 
 def controller_factory(scenario: Scenario, hand: Hand) -> ControllerFactory:
-    """Read the gains and return what makes the controller.
+    """Read the gains and return a function that makes the controller.
 
-    A wrong file is thus found before the pile settles, and before the arm and its posture are known.
+    A wrong file is therefore found before the pile settles, and before the arm and its posture are known.
 
     Raises:
         ConfigurationError: The file of gains cannot be used, or does not fit the controller or the program.
@@ -45,7 +45,7 @@ def controller_factory(scenario: Scenario, hand: Hand) -> ControllerFactory:
         )
     if settings.compiled and name != "operational_space":
         raise ConfigurationError(
-            f"controller.compiled is for operational_space, and controller.kind is {name!r}; leave it out"
+            f"controller.compiled is for operational_space, but controller.kind is {name!r}; leave it out"
         )
     if isinstance(gains, MotionGains):
         return _motion_controller(scenario, gains)
@@ -89,7 +89,7 @@ def _impedance_controller(scenario: Scenario, hand: Hand, gains: Impedance) -> C
 
 
 def _free_gains(scenario: Scenario, hand: Hand, gains: Impedance) -> Impedance | None:
-    """Return the arm's own gains for free motion if the scenario's gains are for the contact; None otherwise."""
+    """Return the arm's shipped gains for free motion if the scenario's gains ask for a force; None otherwise."""
     if not gains.desired_force.any():
         return None
     if scenario.program == "line" or hand.use.normal_force == 0.0:

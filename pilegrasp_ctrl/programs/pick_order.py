@@ -1,4 +1,4 @@
-"""Orders from a bin (the paper, V-H): attempt after attempt until enough objects lie in the order's crate."""
+"""Orders from a bin (the paper, V-H): attempts are repeated until enough objects are in the order's crate."""
 
 from __future__ import annotations
 
@@ -26,16 +26,18 @@ CARRY_SPEED = 0.25
 """Speed of the hand between bin and crate [m/s]; chosen."""
 
 STOP_SHORT = 0.04
-"""Distance of the fingertips from the middle of the order's crate at the release [m]; the objects roll off forward."""
+"""Distance of the fingertips from the middle of the order's crate at the release [m]; chosen.
+
+The objects roll off forward."""
 
 RELEASE_TIME = 2.0
-"""Time for which the hand is open before it moves on, and before the objects in the crate are counted [s].
+"""Time for which the hand is open before the objects in the crate are counted and it moves on [s]; chosen.
 
 A cylinder takes 1.8 s to roll off the fingers and down into the crate."""
 
 
 class BinState(NamedTuple):
-    """What an order is decided on.
+    """State on which the next step of an order depends.
 
     Attributes:
         poses: (n, 7) object poses: position [m] and quaternion wxyz.
@@ -51,19 +53,19 @@ class BinState(NamedTuple):
 
 
 RunPrimitives = Callable[[Sequence[Primitive], bool], list[Outcome]]
-"""Runs primitives until one fails. The flag marks the retreat after a failure.
+"""Function that runs primitives until one fails. The flag marks the retreat after a failure.
 
 A retreat ignores the rims, the saturated sensor and the time limit, so that an arm on the rim can leave it."""
 
 PlanPush = Callable[[Array, PushGoal, Array | None], tuple[Plan, Array]]
-"""Returns the plan of an attempt at a goal and the posture at its start.
+"""Function that returns the plan of an attempt at a goal and the posture at its start.
 
-The arguments are the poses (n, 7) of the objects in the bin, the goal, and the arm's present posture. It raises an
-UnreachablePoseError."""
+The arguments are the poses (n, 7) of the objects in the bin, the goal, and the arm's present posture. The function
+raises an UnreachablePoseError if a pose is out of reach."""
 
 
 def delivery_pose(theta: float) -> Pose:
-    """Return the tool pose of the release over the order's crate.
+    """Return the tool pose over the order's crate at which the hand releases.
 
     Args:
         theta: Slope of the fingers, down away from the arm [rad].
@@ -81,7 +83,7 @@ class PickAttempt:
         goal: Goal of the push: "wall", "corner_left" or "corner_right".
         held: Number of objects in the hand after the lift; a net-bag counts as one.
         delivered: Number of objects that the attempt added to the order's crate.
-        reason: Reason why none was delivered, or "".
+        reason: Reason for no delivery; "" after a delivery.
         start: Start time [s].
         end: End time [s].
     """
@@ -99,10 +101,10 @@ class PickAttempt:
 
 
 class PickOrder:
-    """An order under way: composes the primitives of its attempts and counts the deliveries.
+    """An order: it composes the primitives of its attempts and counts the deliveries.
 
-    It uses the simulated poses where the paper's operator looks into the bin: to choose between wall and corners, to
-    tell what is in the hand, and to count what has been delivered.
+    It uses the simulated poses in place of the paper's operator, who looks into the bin. They decide between wall and
+    corners, the objects in the hand, and the number of delivered objects.
 
     Attributes:
         attempts: Attempts so far.
@@ -111,7 +113,7 @@ class PickOrder:
     def __init__(
         self, scenario: Scenario, goals: Sequence[PushGoal], members: int, delivery: Pose, plan_push: PlanPush
     ) -> None:
-        """Take what does not change.
+        """Set the order's size, goals and planner.
 
         Args:
             scenario: Scenario with the order's size and the height of the lift.
@@ -129,9 +131,9 @@ class PickOrder:
     def next_plan(self, poses: Array, posture: Array | None = None) -> tuple[PushGoal, Plan, Array]:
         """Return the next attempt's goal, moved onto its push line, its plan and the posture at its start.
 
-        Since the last delivery, every goal in reach is tried once before one is tried again. Among the goals that are
-        next, the one with most objects before the hand is chosen, and among equals the scenario's own. A goal is tried
-        again on another line if there is one, because a push that holds nothing leaves the pile nearly as it was.
+        After a delivery, every goal in reach is tried once before a goal is tried again. Among the goals with the
+        fewest tries, the one with most objects before the hand is chosen, and among equals the scenario's own. A goal
+        is tried again on another line if there is one, because a push that holds nothing hardly changes the pile.
 
         Args:
             poses: (n, 7) object poses.
@@ -151,7 +153,7 @@ class PickOrder:
         raise unreachable
 
     def count_delivered(self, poses: Array) -> int:
-        """Return how many objects lie in the order's crate. A net-bag lies there if its middle does."""
+        """Return the number of objects in the order's crate. A net-bag counts as one; its middle decides."""
         middle = poses[:, :3].reshape(-1, self._members, 3).mean(axis=1)
         return int(np.count_nonzero(are_inside(middle, ORDER_CENTER, ORDER_INNER)))
 
@@ -161,12 +163,12 @@ class PickOrder:
         """Run attempts until the order is complete.
 
         Args:
-            read_state: Returns the present state of the bin.
-            begin: Prepares the loop for an attempt, before anything moves.
-            run_primitives: Runs primitives in the loop.
+            read_state: Function that returns the present state of the bin.
+            begin: Function that prepares the loop for an attempt, before anything moves.
+            run_primitives: Function that runs primitives in the loop.
 
         Returns:
-            The outcomes of all primitives, and the reason why the order is not complete.
+            The outcomes of all primitives, and the reason why the order is not complete; None if it is complete.
         """
         outcomes: list[Outcome] = []
         while len(self.attempts) < self._max_attempts:
@@ -182,7 +184,7 @@ class PickOrder:
             outcomes += done
             after = read_state()
             delivered = self.count_delivered(after.poses) - delivered_before
-            reason = "" if delivered else failure or "nothing of what was held reached the order's crate"
+            reason = "" if delivered else failure or "no held object reached the order's crate"
             self._failed_lines = [] if delivered else [*self._failed_lines, line]
             self.attempts.append(PickAttempt(line.name, held, delivered, reason, before.time, after.time))
             if delivered >= missing:
@@ -200,7 +202,7 @@ class PickOrder:
         read_state: Callable[[], BinState],
         run_primitives: RunPrimitives,
     ) -> tuple[list[Outcome], int, str | None]:
-        """Return the outcomes, the number of objects held after the lift, and the reason of a failure."""
+        """Return the outcomes, the number of objects held after the lift, and the reason of a failure, if any."""
         first = () if not self.attempts else (Carry(plan.start, CARRY_SPEED, plan.closure, "return"),)
         done = run_primitives((*first, *plan.primitives), False)
         held, failure = 0, None
@@ -211,7 +213,7 @@ class PickOrder:
             if not held:
                 failure = NOTHING_HELD
             elif held > missing:
-                failure = f"{held} held where {missing} were missing: dropped back"
+                failure = f"{held} objects held, but only {missing} missing; dropped back"
                 done += run_primitives((Release(RELEASE_TIME, "drop_back"),), False)
             else:
                 delivery = Carry(self._delivery, CARRY_SPEED, 1.0, "deliver"), Release(RELEASE_TIME)

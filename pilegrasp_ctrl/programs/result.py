@@ -20,18 +20,18 @@ class EpisodeResult:
         scenario: Name of the scenario.
         seed: Seed of pile and sensor noise.
         config_hash: Hash of everything in the scenario that physics and control depend on.
-        success: Whether the attempt held an object, or completed its motion if it has no grasp.
+        success: Whether an object was held (grasp), the motion completed (push, line), or the order complete (order).
         grasped: Number of objects held after lift and hold.
-        reason: Why the attempt ended without success; "" after a success.
+        reason: Reason of a failure; "" after a success.
         outcomes: Outcome of each primitive that began.
         sim_time: Simulated time [s].
-        wall_time: Wall-clock time of the loop without its observers [s].
+        wall_time: Wall-clock time of the loop without that of the frames' observer [s].
         tick_times: (n,) duration of each control tick, from the state to the torque [s].
         limited_ticks: Number of ticks with an active limit.
         fallback_ticks: Number of ticks in which the solver failed and the arm was only held.
         packing_density: Packing density of the pile in its frame [-]; 0 without objects.
         attempts: Attempts of an order; empty for other programs.
-        recording: Recording, if one was asked for.
+        recording: Recording; None if none was requested.
     """
 
     scenario: str
@@ -51,7 +51,7 @@ class EpisodeResult:
     recording: Recording | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
-        """Return one line."""
+        """Return scenario, seed, verdict and simulated time in one line."""
         verdict = f"{self.grasped} held" if self.grasped else "success" if self.success else self.reason
         return f"EpisodeResult({self.scenario!r}, seed={self.seed}, {verdict!r}, sim_time={self.sim_time:.1f} s)"
 

@@ -1,4 +1,4 @@
-"""Orders from the bin: the choice of the goal, delivery or drop, the count, and one simulated order."""
+"""Orders from the bin: choice of the goal, delivery or drop, count, and one simulated order."""
 
 import json
 import math
@@ -25,7 +25,7 @@ AT_WALL, IN_CORNER = np.array([0.95, 0.03, 0.027]), np.array([0.93, 0.15, 0.027]
 
 
 class World:
-    """A replacement of the loop: each attempt lifts as many objects as the script says, or fails at a primitive."""
+    """Replacement of the loop: each attempt lifts as many objects as the script says, or fails at a primitive."""
 
     def __init__(self, script, members=1, count=18, **order):
         self.script, self.members = list(script), members
@@ -50,13 +50,13 @@ class World:
     def begin(self, plan):
         self.begun += 1
 
-    def run_primitives(self, primitives, withdrawing):
+    def run_primitives(self, primitives, retreating):
         outcomes = []
         for primitive in primitives:
             self.time += 1.0
             status, trigger = self.happens(primitive.name)
             self.names.append(primitive.name)
-            if withdrawing:
+            if retreating:
                 self.withdrawn.append(primitive.name)
             outcomes.append(Outcome(primitive.name, status, trigger, self.time - 1.0, self.time, 0.0, 0.0))
             if status == "failed":
@@ -95,12 +95,12 @@ def test_an_order_of_four_takes_four_attempts_of_one():
     assert [attempt.start for attempt in world.order.attempts] == [0.0, *ends[:-1]]
 
 
-def test_objects_beyond_the_order_are_dropped_back():
+def test_more_objects_than_missing_are_dropped_back():
     world = World([3, 2, 1])
     assert world.fill() is None
     first, second, third = world.order.attempts
     assert (first.delivered, second.held, second.delivered, third.delivered) == (3, 2, 0, 1)
-    assert second.reason == "2 held where 1 were missing: dropped back"
+    assert second.reason == "2 objects held, but only 1 missing; dropped back"
     assert world.order.count_delivered(world.poses) == 4
 
 
@@ -123,9 +123,9 @@ def test_a_goal_that_is_tried_again_is_tried_on_another_line_until_something_is_
     assert fourth == pytest.approx(first)
 
 
-def test_the_goal_is_the_one_with_most_objects_before_the_hand():
+def test_the_goal_with_most_objects_before_the_hand_is_chosen():
     world = World([])
-    # A string of objects toward the corner, of which a push to the wall meets half; the others it has no room for.
+    # Objects in a row toward the corner. A push to the wall meets half of them and has no room for the others.
     world.poses[:4, :3], world.poses[4:8, :3], world.poses[8:, :3] = (
         IN_CORNER,
         [0.70, 0.017, 0.027],
@@ -134,12 +134,12 @@ def test_the_goal_is_the_one_with_most_objects_before_the_hand():
     assert world.order.next_plan(world.poses)[0].name == "corner_left"
     world.poses[8:, :3] = AT_WALL
     assert world.order.next_plan(world.poses)[0].name == "wall"
-    # What is not in the bin does not count.
+    # Objects outside the bin do not count.
     world.poses[8:, :2] = 0.93, 0.5
     assert world.order.next_plan(world.poses)[0].name == "corner_left"
 
 
-def test_objects_too_far_right_at_the_wall_are_picked_from_the_right_corner():
+def test_objects_too_far_right_for_the_wall_are_picked_from_the_right_corner():
     world = World([])
     world.poses[:, :3] = [0.97, -0.1, 0.025]
     line, plan, _ = world.order.next_plan(world.poses)
@@ -163,7 +163,7 @@ def test_a_failed_goal_is_tried_again_if_no_other_is_in_reach():
     assert [attempt.goal for attempt in world.order.attempts] == ["wall", "wall"]
 
 
-def test_a_failed_primitive_is_an_attempt_and_the_arm_is_withdrawn():
+def test_a_failed_primitive_is_an_attempt_and_the_arm_retreats():
     world = World(["collision with the bin's rim", 4])
     assert world.fill() is None
     assert world.names == ["lift", "retreat", "return", "lift", "deliver", "release"]
@@ -171,7 +171,7 @@ def test_a_failed_primitive_is_an_attempt_and_the_arm_is_withdrawn():
     assert world.order.attempts[0].reason == "lift: collision with the bin's rim"
 
 
-def test_an_arm_that_cannot_withdraw_ends_the_order():
+def test_a_failed_retreat_ends_the_order():
     world = World(["jammed", "stuck"])
     assert world.fill() == "retreat: stuck"
     assert len(world.order.attempts) == 1
@@ -223,7 +223,7 @@ def test_keys_without_effect_on_the_program_are_rejected():
 
 
 @pytest.mark.slow
-def test_an_order_of_one_ends_in_its_crate():
+def test_the_object_of_an_order_of_one_ends_in_the_crate():
     result = run("bin_picking", overrides={"order.count": 1}, record=True)
     assert result.success, result.reason
     assert result.grasped == 1
