@@ -49,7 +49,7 @@ def test_inertia_and_bias_reproduce_the_forward_dynamics(arm):
         )
 
 
-def test_gravity_is_the_slope_of_the_potential_energy_of_every_mass_the_tool_included(arm):
+def test_gravity_is_the_slope_of_the_potential_energy_of_all_masses_including_the_tool(arm):
     model = arm.pinocchio_model
     data = model.createData()
     q, step = next(random_states(arm, 1))[0], 1e-6
@@ -104,7 +104,7 @@ def test_an_arm_without_known_friction_has_none():
     assert not load("panda").friction_coulomb.any()
 
 
-def test_limits_are_read_only_and_the_model_handed_out_is_a_copy(arm):
+def test_limits_are_read_only_and_the_pinocchio_model_is_a_copy(arm):
     with pytest.raises(ValueError, match="read-only"):
         arm.torque_limit[0] = 1.0
     q = np.zeros(arm.nv)
@@ -122,7 +122,7 @@ def test_limits_are_read_only_and_the_model_handed_out_is_a_copy(arm):
         (np.zeros(7), np.array([0, 0, 0, 0, 0, 0, -np.inf]), "not finite"),
     ],
 )
-def test_a_bad_state_is_refused(q, v, message):
+def test_a_state_of_wrong_shape_or_with_nan_is_rejected(q, v, message):
     with pytest.raises(ModelError, match=message):
         load("panda").update(q, v)
 
@@ -139,7 +139,7 @@ def test_a_bad_state_is_refused(q, v, message):
         ({"friction_coulomb": np.full(7, np.inf)}, "friction_coulomb"),
     ],
 )
-def test_an_inconsistent_model_is_refused(arguments, message):
+def test_an_inconsistent_model_is_rejected(arguments, message):
     arguments = {
         "locked_joints": ["panda_finger_joint1", "panda_finger_joint2"],
         "tool_frame": "panda_hand_tcp",
@@ -149,7 +149,7 @@ def test_an_inconsistent_model_is_refused(arguments, message):
         ArmModel.from_urdf(panda_urdf(), **arguments)
 
 
-def test_files_that_cannot_be_used_are_named(tmp_path):
+def test_an_error_names_the_file_that_cannot_be_used(tmp_path):
     with pytest.raises(ModelError, match="no such URDF"):
         ArmModel.from_urdf(tmp_path / "arm.urdf", "flange")
     (tmp_path / "arm.urdf").write_text("<robot")
@@ -161,7 +161,7 @@ def test_files_that_cannot_be_used_are_named(tmp_path):
         ArmModel.load("hands/shovel")
 
 
-def test_a_continuous_joint_is_named(tmp_path):
+def test_an_error_names_a_continuous_joint(tmp_path):
     text = panda_urdf().read_text()
     (tmp_path / "endless.urdf").write_text(
         text.replace('name="panda_joint7" type="revolute"', 'name="panda_joint7" type="continuous"')
@@ -170,7 +170,7 @@ def test_a_continuous_joint_is_named(tmp_path):
         ArmModel.from_urdf(tmp_path / "endless.urdf", "panda_hand_tcp")
 
 
-def test_a_joint_is_locked_at_the_given_position():
+def test_a_joint_can_be_locked_at_a_given_position():
     names = {"panda_finger_joint1": 0.0, "panda_finger_joint2": 0.0}
     locked = ArmModel.from_urdf(panda_urdf(), "panda_hand_tcp", locked_joints={**names, "panda_joint7": 0.3})
     q = HOME["panda"]

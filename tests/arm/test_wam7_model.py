@@ -89,7 +89,7 @@ def assert_close(actual, expected, tolerance=1e-8):
     assert np.abs(actual - expected).max() <= tolerance * max(1.0, np.abs(expected).max())
 
 
-def test_joint_order_and_frames(engines):
+def test_both_engines_have_the_joints_and_frames_of_robot_toml(engines):
     assert list(engines.pin.names)[1:] == JOINTS["names"]
     assert [engines.mj.joint(i).name for i in range(engines.mj.njnt)] == JOINTS["names"]
     assert [engines.mj.actuator(i).name for i in range(engines.mj.nu)] == JOINTS["names"]
@@ -130,7 +130,7 @@ def test_engines_agree_on_the_dynamics(engines):
         assert_close(engines.mj_data.qfrc_bias, gravity)
 
 
-def test_largest_gravity_torques(engines):
+def test_the_largest_gravity_torques_are_the_documented_ones(engines):
     largest = np.zeros(7)
     for q, _ in random_states(20_000):
         gravity = pin.computeGeneralizedGravity(engines.pin, engines.pin_data, q)
@@ -140,7 +140,7 @@ def test_largest_gravity_torques(engines):
 
 @pytest.mark.parametrize("link", WAM["links"], ids=LINKS)
 @pytest.mark.parametrize("engine", ["pinocchio", "mujoco"])
-def test_inertia_is_the_sourced_one_in_dh_axes(engines, engine, link):
+def test_inertias_are_those_of_the_source_in_dh_axes(engines, engine, link):
     mass, center, inertia = getattr(engines, f"{engine}_inertia")(link["name"])
     rotation, translation = dh_frame_in_link(engines, 1 + LINKS.index(link["name"]))
     xy, xz, yz = link["products"]
@@ -164,13 +164,13 @@ def test_products_of_inertia_have_the_published_sign(engines, engine, name):
 
 @pytest.mark.parametrize("name", LINKS)
 @pytest.mark.parametrize("engine", ["pinocchio", "mujoco"])
-def test_principal_moments_are_those_of_a_body(engines, engine, name):
+def test_principal_moments_are_those_of_a_physical_body(engines, engine, name):
     smallest, middle, largest = np.linalg.eigvalsh(getattr(engines, f"{engine}_inertia")(name)[2])
     assert smallest > 0.0
     assert smallest + middle >= largest
 
 
-def test_total_mass(engines):
+def test_the_total_mass_is_19_459_kg_in_both_engines(engines):
     assert pin.computeTotalMass(engines.pin) == pytest.approx(19.459, abs=5e-4)
     assert engines.mj.body_mass.sum() == pytest.approx(19.459, abs=5e-4)
 
@@ -243,7 +243,7 @@ def test_both_files_have_the_same_shapes(engines, kind, group):
             assert_close([shape.geometry.radius, shape.geometry.halfLength], size[:2])
 
 
-def test_wrist_stays_behind_the_flange_and_within_60_mm_of_its_axis(engines):
+def test_the_wrist_stays_behind_the_flange_and_within_60_mm_of_its_axis(engines):
     engines.update(np.zeros(7), np.zeros(7))
     flange = engines.mj_data.site("flange").xpos
     for index in np.flatnonzero(engines.mj.geom_bodyid >= engines.mj.body("link5").id):
@@ -260,7 +260,7 @@ def test_wrist_stays_behind_the_flange_and_within_60_mm_of_its_axis(engines):
         assert np.hypot(points[:, 0], points[:, 1]).max() < 0.060
 
 
-def test_home_posture_points_the_flange_down_without_contact(engines):
+def test_the_home_posture_points_the_flange_down_without_contact(engines):
     home = np.array(WAM["postures"]["home"])
     assert (home > JOINTS["position_lower"]).all()
     assert (home < JOINTS["position_upper"]).all()

@@ -62,7 +62,7 @@ def test_the_torques_are_those_of_the_python_code(arm, friction, mask, weight):
 
 
 @pytest.mark.parametrize("limits", [(), ("torque",), ("velocity", "position")])
-def test_limits_that_are_off_are_off_in_compiled_code_too(arm, limits):
+def test_limits_that_are_left_out_are_left_out_in_compiled_code_too(arm, limits):
     plain, compiled = both(arm, limits=limits)
     q = HOME[arm.name]
     state = arm.update(q, np.zeros(arm.nv))
@@ -90,7 +90,7 @@ def test_an_unusual_period_is_left_to_the_python_code(arm):
     assert not used(compiled, stretched, Reference(stretched.pose.moved([0.0, 0.0, 0.02])))
 
 
-def test_a_whole_motion_ends_at_the_same_place():
+def test_a_whole_motion_ends_at_the_same_pose():
     scenario = {"line.displacement": [0.0, 0.05, 0.0]}
     import pilegrasp_ctrl as pg
 
@@ -102,7 +102,7 @@ def test_a_whole_motion_ends_at_the_same_place():
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-6)
 
 
-def test_impedance_control_has_no_compiled_form():
+def test_compiled_impedance_control_is_rejected():
     scenario = load_scenario("push_wall", {"controller.compiled": True, "controller.kind": "impedance"})
     with pytest.raises(ConfigurationError, match="operational_space"):
         prepare(scenario, 0)

@@ -1,4 +1,4 @@
-"""Forces against walls of known stiffness: at rest, sliding, with joint friction, and in the moment of touch."""
+"""Forces against walls of known stiffness: at rest, while sliding, with joint friction, and at impact."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ DESIRED = 10.0
 SPEED = 0.1
 WALLS = (1e3, 1e4)
 SLIDES = [(TO_WALL, ALONG, 1e3), (TO_WALL, ALONG, 1e4), (DOWN, ALONG, 1e4), (DOWN, -TO_WALL, 1e4)]
-"""Direction of the force, of the motion, and the wall's stiffness."""
+"""Direction of the force, direction of the motion, and stiffness of the wall [N/m]."""
 
 
 def wrench_along(direction, size=DESIRED):
@@ -31,7 +31,7 @@ def wrench_along(direction, size=DESIRED):
 
 @pytest.mark.parametrize("stiffness", WALLS)
 @pytest.mark.parametrize("name", ARMS)
-def test_at_rest_the_wall_feels_the_spring_and_the_desired_force(name, stiffness):
+def test_at_rest_the_wall_carries_the_spring_and_the_desired_force(name, stiffness):
     arm = without_friction(name)
     start = home(arm)
     controller = ImpedanceController(arm, Impedance(SPRINGS), HOME[name])
@@ -44,7 +44,7 @@ def test_at_rest_the_wall_feels_the_spring_and_the_desired_force(name, stiffness
     _, wrenches, states = run(arm, control, wall, 1.5)
     pressed = -wrenches[-1, 0]
     assert pressed == pytest.approx(SPRINGS[0] * pose_error(states[-1], reference)[0] + 6.0, rel=0.02)
-    # And as two springs in a row: both ends are known.
+    # The same follows from two springs in series with known ends.
     expected = stiffness * (SPRINGS[0] * 0.015 + 6.0) / (stiffness + SPRINGS[0])
     assert pressed == pytest.approx(expected, rel=0.02)
 
@@ -63,8 +63,8 @@ def slide(arm, step, stiffness, normal=TO_WALL, along=ALONG, sensor=None, fricti
     return -wrenches[steady, :3] @ normal
 
 
-def off(forces, what, desired=DESIRED):
-    """Rms of the force's error as a share of the desired force; printed for `docs/impedance.md`."""
+def relative_error(forces, what, desired=DESIRED):
+    """Return the rms of the force's error over the desired force, and print it for `docs/impedance.md`."""
     error = np.sqrt(np.mean(np.square(forces - desired))) / desired
     print(f"{what}: mean {forces.mean():.2f} N of {desired:.2f} N, rms error {100.0 * error:.1f} %")
     return error
@@ -76,7 +76,7 @@ def named(name, normal, along, stiffness):
 
 @pytest.mark.parametrize(("normal", "along", "stiffness"), SLIDES)
 @pytest.mark.parametrize("name", ARMS)
-def test_sliding_without_a_spring_along_the_force_keeps_it(name, normal, along, stiffness):
+def test_the_force_is_kept_while_sliding_if_no_spring_acts_along_it(name, normal, along, stiffness):
     arm = load(name)
     free = np.concatenate((np.abs(normal) > 0.5, np.zeros(3, dtype=bool)))
     gains = Impedance(np.where(free, 0.0, SPRINGS), damping=np.where(free, 120.0, 0.0))
@@ -86,7 +86,7 @@ def test_sliding_without_a_spring_along_the_force_keeps_it(name, normal, along, 
     def step(observation, reference, state):
         return controller.step(observation, reference, state=state, desired_force=desired)
 
-    assert off(slide(arm, step, stiffness, normal, along), named(name, normal, along, stiffness)) < 0.05
+    assert relative_error(slide(arm, step, stiffness, normal, along), named(name, normal, along, stiffness)) < 0.05
 
 
 def hybrid(arm, normal, **gains):
@@ -96,12 +96,14 @@ def hybrid(arm, normal, **gains):
 
 @pytest.mark.parametrize("stiffness", WALLS)
 @pytest.mark.parametrize("name", ARMS)
-def test_what_is_left_of_the_spring_takes_its_share(name, stiffness):
+def test_the_remaining_spring_takes_its_share_of_the_force(name, stiffness):
     arm = without_friction(name)
     controller, desired = hybrid(arm, TO_WALL), wrench_along(TO_WALL)
     forces = slide(arm, lambda o, r, s: controller.step(o, r, s, desired), stiffness)
     left = YIELDING_STIFFNESS * SPRINGS[0]
-    assert off(forces, named(name, TO_WALL, ALONG, stiffness), DESIRED * stiffness / (stiffness + left)) < 0.02
+    assert (
+        relative_error(forces, named(name, TO_WALL, ALONG, stiffness), DESIRED * stiffness / (stiffness + left)) < 0.02
+    )
 
 
 @pytest.mark.parametrize(("normal", "along", "stiffness"), SLIDES)
@@ -110,7 +112,7 @@ def test_force_feedback_compensates_spring_and_joint_friction(name, normal, alon
     arm = load(name)
     controller, desired = hybrid(arm, normal, force_gain=5.0), wrench_along(normal)
     forces = slide(arm, lambda o, r, s: controller.step(o, r, s, desired), stiffness, normal, along, WristSensor())
-    assert off(forces, named(name, normal, along, stiffness)) < 0.05
+    assert relative_error(forces, named(name, normal, along, stiffness)) < 0.05
 
 
 @pytest.mark.slow
@@ -122,7 +124,7 @@ def test_if_friction_differs_from_the_model_only_force_feedback_keeps_the_force(
         forces = slide(
             arm, lambda o, r, s, c=controller: c.step(o, r, s, desired), 1e4, sensor=WristSensor(), friction=friction
         )
-        errors.append(off(forces, f"wam7, {friction:g} of the modelled friction, force gain {gain:g} 1/s"))
+        errors.append(relative_error(forces, f"wam7, {friction:g} of the modelled friction, force gain {gain:g} 1/s"))
     assert errors[0] > 0.1
     assert errors[1] < 0.05
 
@@ -144,7 +146,7 @@ def test_joint_friction_holds_a_hand_at_rest_and_force_feedback_breaks_it_loose(
     assert pressed[1] == pytest.approx(DESIRED, rel=0.02)
 
 
-def test_a_force_gain_that_would_swing_is_refused():
+def test_a_force_gain_that_would_oscillate_is_rejected():
     arm = without_friction("panda")
     gains = Impedance(SPRINGS)
     mobility = tool_mobility(arm, gains, HOME["panda"])
@@ -156,8 +158,8 @@ def test_a_force_gain_that_would_swing_is_refused():
 
 
 @pytest.mark.parametrize(("share", "swings"), [(0.25, False), (1.2, True)])
-def test_the_force_gain_s_limit_is_where_it_begins_to_swing(share, swings):
-    """Both parts of the formula, and what is left of the spring beside the wall."""
+def test_the_force_begins_to_oscillate_at_the_largest_force_gain(share, swings):
+    """The limit has both terms of the formula; the remaining spring adds to the wall's stiffness."""
     arm, stiffness = without_friction("panda"), 1000.0
     gains = Impedance(SPRINGS)
     mobility = tool_mobility(arm, gains, HOME["panda"])
@@ -179,21 +181,21 @@ def test_the_force_gain_s_limit_is_where_it_begins_to_swing(share, swings):
     assert (np.ptp(wrenches[-250:, 2]) > 2.0) == swings
 
 
-def test_a_hand_in_the_air_does_not_wind_up():
+def test_force_feedback_does_not_wind_up_without_contact():
     arm = without_friction("panda")
     controller, desired = hybrid(arm, TO_WALL, force_gain=5.0), wrench_along(TO_WALL)
     start = home(arm)
     plain = hybrid(arm, TO_WALL)
     reference = Reference(start.pose)
-    ways = []
+    displacements = []
     for one in (controller, plain):
         *_, states = run(arm, lambda o, s, c=one: c.step(o, reference, s, desired), None, 1.0, sensor=WristSensor())
-        ways.append(states[-1].translation - start.translation)
-    np.testing.assert_allclose(ways[0], ways[1], atol=1e-6)
+        displacements.append(states[-1].translation - start.translation)
+    np.testing.assert_allclose(displacements[0], displacements[1], atol=1e-6)
 
 
 def touch(arm, gains, normal, stiffness=1e4):
-    """Run into a wall at 0.1 m/s, the reference 10 mm further; return the wall's force from the first touch on."""
+    """Run into a wall at 0.1 m/s, with the reference 10 mm beyond; return the wall's force from the first touch on."""
     start = home(arm)
     ahead = 0.03
     line = StraightLine(start.pose, (ahead + 0.01) * normal, SPEED, acceleration=2.0)
@@ -218,19 +220,19 @@ def test_the_hand_stays_in_contact_and_the_impact_is_that_of_its_inertia(name, n
     mobility = tool_mobility(arm, gains, HOME[name])
     inertia = float(normal @ np.linalg.inv(mobility)[:3, :3] @ normal)
     forces = touch(arm, gains, normal)
-    blow = SPEED * np.sqrt(1e4 * inertia)
-    print(f"{name}, along {normal}: blow {blow:.1f} N, at rest {forces[-1]:.1f} N, at most {forces.max():.1f} N")
+    impact = SPEED * np.sqrt(1e4 * inertia)
+    print(f"{name}, along {normal}: impact {impact:.1f} N, at rest {forces[-1]:.1f} N, at most {forces.max():.1f} N")
     assert forces.min() > 0.0
-    assert forces[-1] < forces.max() < forces[-1] + blow
+    assert forces[-1] < forces.max() < forces[-1] + impact
 
 
-def test_with_too_little_damping_it_bounces():
+def test_with_too_little_damping_the_hand_bounces():
     forces = touch(without_friction("panda"), Impedance(SPRINGS, damping_ratio=0.3), DOWN)
     assert forces.min() == 0.0
 
 
 def ringing(arm, inertia, stiffness=1e4):
-    """How much the force still swings after a second and a half of pressing down with a late wrench [N]."""
+    """Return the range of the force [N] after 1.5 s of pressing down with a late wrench."""
     start = home(arm)
     gains = shaped(inertia)
     controller = ImpedanceController(arm, gains, HOME[arm.name])
@@ -252,7 +254,7 @@ def shaped(inertia):
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_an_inertia_too_small_for_the_sensor_rings_and_is_refused(name):
+def test_an_inertia_too_small_for_the_sensor_rings_and_is_rejected(name):
     arm = without_friction(name)
     bound = next(m for m in np.arange(0.1, 8.0, 0.05) if m >= least_inertia(arm, shaped(m), HOME[name], LAG)[2])
     assert ringing(arm, 0.4 * bound) > 5.0

@@ -1,4 +1,4 @@
-"""Stiff in free motion, yielding where a force is asked for: the law, a stiff table, and the shovel's push."""
+"""Control that is stiff in free motion and yields along a desired force: the law, a stiff table, a shovel's push."""
 
 import mujoco
 import numpy as np
@@ -40,14 +40,14 @@ def step(arm, controller, desired_force, pose=None, time=0.0):
 
 
 def force_of(arm, torque):
-    """The force on the tool (6,) that joint torques amount to [N, N·m]."""
+    """Return the force (6,) on the tool that joint torques exert [N, N·m]."""
     state = arm.update(HOME, np.zeros(7))
     inverse = np.linalg.inv(state.M)
     return np.linalg.solve(state.J @ inverse @ state.J.T, state.J @ inverse @ (torque - state.h))
 
 
 def spring_force(arm, controller, displacement, desired_force):
-    """Return what a displaced reference adds to the force on the tool [N, N·m], the hand-over long past."""
+    """Return the force that a displaced reference adds on the tool [N, N·m], after the ramp has ended."""
     pose = arm.update(HOME, np.zeros(7)).pose
     forces = []
     for there in (pose, pose.moved(displacement)):
@@ -56,7 +56,7 @@ def spring_force(arm, controller, displacement, desired_force):
     return forces[1] - forces[0]
 
 
-def test_without_a_desired_force_it_is_the_impedance_controller(arm):
+def test_without_a_desired_force_the_torques_are_those_of_the_impedance_controller(arm):
     controller, plain = create(arm), ImpedanceController(arm, IMPEDANCE, HOME)
     state = arm.update(HOME, 0.1 * np.ones(7))
     observation = Observation(0.0, HOME, 0.1 * np.ones(7))
@@ -90,12 +90,12 @@ def test_any_directions_of_the_world_can_yield(arm, directions):
 
 
 @pytest.mark.parametrize("directions", [[0.0, 0.0, 0.0], [1.0, 2.0], [[np.nan, 0.0, 1.0]]])
-def test_directions_that_are_zero_or_not_finite_are_refused(arm, directions):
+def test_directions_that_are_zero_or_not_finite_are_rejected(arm, directions):
     with pytest.raises(ConfigurationError, match="force_directions"):
         create(arm, force_directions=directions)
 
 
-def test_the_desired_force_is_what_it_presses_with(arm):
+def test_the_hand_presses_with_the_desired_force(arm):
     controller = create(arm)
     step(arm, controller, PRESS)
     torque = step(arm, controller, PRESS, time=1.0).command.torque
@@ -106,7 +106,7 @@ OWN = np.array([3.0, 0.0, -4.0, 0.0, 0.0, 0.0])
 
 
 @pytest.mark.parametrize("frame", ["world", "tool"])
-def test_gains_with_a_desired_force_say_how_hard_and_the_caller_when(arm, frame):
+def test_gains_with_a_desired_force_decide_how_hard_and_the_caller_decides_when(arm, frame):
     soft = Impedance(100.0, damping=[40.0] * 3 + [0.1] * 3, desired_force=OWN, frame=frame)
     controller = create(arm, soft, free=IMPEDANCE)
     axes = arm.update(HOME, np.zeros(7)).rotation if frame == "tool" else np.eye(3)
@@ -130,9 +130,9 @@ def test_gains_with_a_desired_force_need_free_gains(arm):
 
 
 def switched(arm, force_ramp):
-    """Torques (n, 7) and what the tool's force may change by in a period, as a force is switched on and off.
+    """Return torques (n, 7) as a force is switched on and off, and the largest allowed change of the tool's force.
 
-    The hand hangs still 3 mm below its reference, so that its springs are strained.
+    The hand rests 3 mm below its reference, so that its springs are strained.
     """
     controller = create(arm, force_ramp=force_ramp)
     below = arm.update(HOME, np.zeros(7)).pose.moved([0.0, 0.0, 0.003])
@@ -155,7 +155,7 @@ def test_a_force_is_switched_on_and_off_without_a_jump(arm):
     assert np.abs(np.diff(at_once, axis=0)).max() > 10.0 * bound
 
 
-def test_another_force_is_reached_without_a_jump_too():
+def test_a_force_changes_without_a_jump():
     force_ramp = ForceRamp(0.1)
     wanted = [PRESS] * 100 + [-2.0 * PRESS] * 150
     forces = np.array([force_ramp.update(0.002 * tick, force)[2] for tick, force in enumerate(wanted)])
@@ -163,7 +163,7 @@ def test_another_force_is_reached_without_a_jump_too():
     assert np.abs(np.diff(forces)).max() < 2.5 * 0.002 / 0.1 * 10.0
 
 
-def test_time_that_goes_backwards_is_a_new_attempt():
+def test_time_that_goes_backwards_starts_a_new_attempt():
     force_ramp, feedback = ForceRamp(0.1), ForceFeedback(5.0)
     for tick in range(200):
         force_ramp.update(0.002 * tick, PRESS)
@@ -175,7 +175,7 @@ def test_time_that_goes_backwards_is_a_new_attempt():
     assert (force_ramp.share, feedback.correction) == (0.0, 0.0)
 
 
-def test_a_correction_stays_within_the_force_and_leaves_with_the_contact():
+def test_a_correction_stays_within_the_force_and_decays_without_contact():
     feedback = ForceFeedback(5.0)
     stuck = [feedback.update(0.002 * tick, PRESS, -0.2 * PRESS) for tick in range(1000)]
     np.testing.assert_allclose(stuck[-1], 2.0 * PRESS)
@@ -184,33 +184,33 @@ def test_a_correction_stays_within_the_force_and_leaves_with_the_contact():
     np.testing.assert_allclose(released, PRESS, atol=1e-3)
 
 
-def test_a_desired_force_that_is_not_finite_is_refused(arm):
+def test_a_desired_force_that_is_not_finite_is_rejected(arm):
     with pytest.raises(ConfigurationError, match="desired_force must be six finite numbers"):
         step(arm, create(arm), np.full(6, np.nan))
 
 
-def test_gains_whose_force_no_program_asks_for_are_refused_before_anything_moves():
+def test_gains_whose_force_no_program_asks_for_are_rejected_before_the_simulation():
     gains = str(path("hands/shovel", "impedance.toml"))
     for settings in ({"hand": "rbo_hand2", "controller.kind": "impedance"}, {"hand": "shovel", "program": "line"}):
         with pytest.raises(ConfigurationError, match="desired_force has no effect, because"):
             prepare(load_scenario("push_wall", settings | {"controller.gains": gains}), seed=0)
 
 
-def test_an_inertia_too_small_for_the_wrist_sensor_is_refused_before_anything_moves(tmp_path):
+def test_an_inertia_too_small_for_the_wrist_sensor_is_rejected_before_the_simulation(tmp_path):
     file = tmp_path / "light.toml"
     file.write_text("[impedance]\nstiffness = 30\ninertia = [0.01, 0.01, 0.01, 0.3, 0.3, 0.3]\n")
     with pytest.raises(ConfigurationError, match=r"inertia\[\d\] = 0.01 is too small for a wrench 21.9 ms late"):
         prepare(load_scenario("push_wall", {"hand": "shovel", "controller.gains": str(file)}), seed=0)
 
 
-def test_a_wrench_is_moved_to_another_point():
+def test_a_wrench_can_be_moved_to_another_point():
     force, lever = np.array([1.0, 2.0, 3.0]), np.array([0.1, -0.2, 0.3])
     moved = move_wrench(np.concatenate((force, [0.5, 0.0, 0.0])), lever)
     np.testing.assert_allclose(moved, np.concatenate((force, np.cross(lever, force) + np.array([0.5, 0.0, 0.0]))))
 
 
 def test_the_published_gains_of_the_shovel_push_to_the_grasp_force(tmp_path, monkeypatch):
-    """They are far softer than ours, and the hand still keeps within a few centimetres of its reference."""
+    """They are far softer than the shipped ones, and the hand still stays within a few centimetres of its reference."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     gains = str(path("hands/shovel", "impedance.toml"))
     result = run("push_wall", record=True, overrides={"hand": "shovel", "controller.gains": gains})
@@ -220,7 +220,7 @@ def test_the_published_gains_of_the_shovel_push_to_the_grasp_force(tmp_path, mon
     assert way < 0.05
 
 
-def test_sliding_along_a_stiff_table_it_keeps_the_desired_force(arm):
+def test_the_desired_force_is_kept_while_sliding_along_a_stiff_table(arm):
     controller = create(arm)
     start = arm.update(HOME, np.zeros(7)).pose
     table, speed, stiffness, damping = start.translation[2], 0.05, 2e4, 200.0
@@ -246,7 +246,7 @@ def test_sliding_along_a_stiff_table_it_keeps_the_desired_force(arm):
 
 @pytest.fixture(scope="module")
 def slide(tmp_path_factory):
-    """The shovel's push over the bare table: the contact's force at every physics step, the sensor's at every tick."""
+    """Return the shovel's push forces on the bare table: contact per physics step, sensor per control period."""
     felt, read = [], []
     step, observe = mujoco.mj_step, Simulation.observe
 
@@ -274,12 +274,12 @@ def slide(tmp_path_factory):
     return [rows[:, 1:].mean(axis=0) for rows in sliding]
 
 
-def test_the_shovel_presses_on_the_table_as_asked_for(slide):
+def test_the_shovel_presses_on_the_table_with_the_desired_force(slide):
     force, _ = slide
     assert force[2] == pytest.approx(5.0, abs=0.5)
     assert force[0] == pytest.approx(-0.5 * force[2], rel=0.1)
 
 
-def test_the_wrist_sensor_reads_on_average_what_the_table_does(slide):
+def test_the_wrist_sensor_s_mean_is_the_force_of_the_table(slide):
     force, wrench = slide
     np.testing.assert_allclose(wrench, force, atol=0.5)

@@ -1,4 +1,4 @@
-"""What the momentum observer sees, and what cancelling it does to accuracy, stability and contact."""
+"""The momentum observer's estimate, and how its cancellation affects accuracy, stability and contact."""
 
 import numpy as np
 import pytest
@@ -19,8 +19,8 @@ RATE = 500.0
 WRENCH = np.array([6.0, -4.0, 3.0, 0.2, 0.1, -0.1])
 
 
-class Watched:
-    """A controller that an observer watches without a say; it keeps the estimates."""
+class WatchedController:
+    """A controller whose disturbance is estimated and recorded, but not cancelled."""
 
     def __init__(self, controller, observer):
         self.controller, self.observer = controller, observer
@@ -47,7 +47,9 @@ def observed(arm, bandwidth, posture=None, friction=True, **arguments):
 def test_a_payloads_joint_torque_is_estimated_within_a_hundredth_after_five_time_constants(name, bandwidth):
     arm, home = without_friction(name), HOME[name]
     loaded = ArmSimulation(arm, payload=0.5)
-    watched = Watched(OperationalSpaceController(arm, posture=home), DisturbanceObserver(arm, bandwidth, RATE))
+    watched = WatchedController(
+        OperationalSpaceController(arm, posture=home), DisturbanceObserver(arm, bandwidth, RATE)
+    )
     start = Reference(arm.update(home, np.zeros(7)).pose)
     samples = list(loaded.run(lambda o: watched.step(o, start).command.torque, home, 5.0 / bandwidth + 0.2))
     q = samples[-1].q
@@ -57,12 +59,12 @@ def test_a_payloads_joint_torque_is_estimated_within_a_hundredth_after_five_time
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_a_known_push_is_estimated_on_the_way(name):
-    """As a first-order low-pass of Jᵀ w: exactly so, up to what the trapezoidal rule leaves at 500 Hz."""
+def test_a_known_push_is_estimated_during_a_motion(name):
+    """The estimate is a first-order low-pass of Jᵀ w, up to the error of the trapezoidal rule at 500 Hz."""
     arm, home, bandwidth = without_friction(name), HOME[name], 20.0
     line = a_line(arm)
     pushed = ArmSimulation(arm, environment=lambda pose, twist: WRENCH)
-    watched = Watched(
+    watched = WatchedController(
         OperationalSpaceController(arm, posture=home), DisturbanceObserver(arm, bandwidth, RATE, share=1.0)
     )
     samples = list(pushed.run(lambda o: watched.step(o, line.at(o.time)).command.torque, home, 1.6))
@@ -75,14 +77,14 @@ def test_a_known_push_is_estimated_on_the_way(name):
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_friction_that_is_fed_forward_is_not_seen_as_a_disturbance(name):
-    """It would be cancelled twice; for a controller without feed-forward the observer takes all of it."""
+def test_friction_that_is_fed_forward_does_not_count_as_a_disturbance(name):
+    """Otherwise it would be cancelled twice. Without feed-forward, the estimate holds all of it."""
     arm, home = with_friction(name), HOME[name]
     line = a_line(arm)
     rms = {}
     for friction in (True, False):
         controller = OperationalSpaceController(arm, posture=home, friction=friction)
-        watched = Watched(controller, DisturbanceObserver(arm, 20.0, RATE, share=1.0, friction=friction))
+        watched = WatchedController(controller, DisturbanceObserver(arm, 20.0, RATE, share=1.0, friction=friction))
         simulate_tracking(ArmSimulation(arm), watched, line.at, home, line.duration)
         middle = np.array(watched.estimates)[len(watched.estimates) // 3 : len(watched.estimates) // 2]
         rms[friction] = np.sqrt(np.mean((middle / arm.friction_coulomb) ** 2))
@@ -91,7 +93,7 @@ def test_friction_that_is_fed_forward_is_not_seen_as_a_disturbance(name):
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_encoder_noise_comes_through_as_bandwidth_times_momentum(name):
+def test_encoder_noise_appears_in_the_estimate_as_bandwidth_times_momentum(name):
     arm, home, bandwidth, deviation = without_friction(name), HOME[name], 20.0, 1e-3
     observer, random = DisturbanceObserver(arm, bandwidth, RATE, share=1.0), np.random.default_rng(0)
     state = arm.update(home, np.zeros(7))
@@ -108,7 +110,7 @@ def test_encoder_noise_comes_through_as_bandwidth_times_momentum(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.7, 1.3])
 @pytest.mark.parametrize("name", ARMS)
-def test_payload_and_wrong_friction_together_leave_less_than_a_tenth_of_a_millimetre(name, factor):
+def test_with_payload_and_wrong_friction_the_error_is_below_0_15_mm(name, factor):
     arm, home = with_friction(name), HOME[name]
     line = a_line(arm, 0.1)
     true = {"friction_coulomb": factor * arm.friction_coulomb, "friction_viscous": factor * arm.friction_viscous}
@@ -127,7 +129,7 @@ def test_payload_and_wrong_friction_together_leave_less_than_a_tenth_of_a_millim
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_a_faster_approach_of_the_friction_feed_forward_halves_the_pull_of_the_posture(name):
+def test_a_faster_approach_of_the_friction_feed_forward_reduces_the_pull_of_the_posture(name):
     arm, home = with_friction(name), HOME[name]
     line = a_line(arm, 0.1)
     controller = observed(arm, 10.0, home, friction=FrictionCompensation(arm, error_rate=15.0))
@@ -150,7 +152,7 @@ def test_late_torques_limit_the_bandwidth(name, periods, bandwidth, quiet):
 
 
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
-def test_masses_that_are_off_by_half_or_twice_stay_stable(factor):
+def test_the_observer_is_stable_with_half_and_with_twice_the_modelled_masses(factor):
     arm, home = without_friction("wam7"), HOME["wam7"]
     line = a_line(arm)
     plant = ArmSimulation(arm, mass_factor=factor)
@@ -160,8 +162,8 @@ def test_masses_that_are_off_by_half_or_twice_stay_stable(factor):
     assert np.ptp(motion.error[-100:], axis=0).max() < 1e-5
 
 
-class Lowered:
-    """An observed controller that may hold its estimate once the wrist feels a newton."""
+class HoldingController:
+    """An observed controller that may hold its estimate once the contact force exceeds 1 N."""
 
     def __init__(self, arm, bandwidth, holds):
         self.controller = OperationalSpaceController(arm, posture=HOME[arm.name])
@@ -180,8 +182,8 @@ class Lowered:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
-def test_in_contact_the_estimate_has_to_be_held(name):
-    """Cancelling the contact force presses harder and harder, up to the bound; a held estimate carries the load."""
+def test_without_hold_the_estimate_increases_the_contact_force(name):
+    """Cancelling the contact force presses ever harder, up to the bound. A held estimate still carries the payload."""
     arm, home = without_friction(name), HOME[name]
     start = arm.update(home, np.zeros(7)).pose
     table = SpringWall(start.translation - np.array([0.0, 0.0, 0.02]), [0.0, 0.0, 1.0], 2e4, 50.0)
@@ -193,7 +195,7 @@ def test_in_contact_the_estimate_has_to_be_held(name):
     force = {}
     for bandwidth, holds in ((0.0, False), (10.0, False), (10.0, True)):
         plant = ArmSimulation(arm, payload=0.5, environment=table, substeps=4)
-        controller = Lowered(arm, bandwidth, holds)
+        controller = HoldingController(arm, bandwidth, holds)
         *_, last = plant.run(lambda o, c=controller: c.step(o, at(o.time)).command.torque, home, 3.6)
         force[bandwidth, holds] = last.wrench[2]
     expected = {"wam7": (11.6, 56.2, 7.2), "panda": (19.5, 61.8, 15.4)}[name]
@@ -213,7 +215,7 @@ def test_the_disturbance_is_subtracted_from_the_torque(name):
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_the_disturbance_counts_into_the_torque_limits(name):
+def test_a_cancelled_disturbance_counts_in_the_torque_limits(name):
     arm = without_friction(name)
     q = HOME[name]
     state = arm.update(q, 0.0 * q)
@@ -227,7 +229,7 @@ def test_the_disturbance_counts_into_the_torque_limits(name):
 
 
 @pytest.mark.parametrize("disturbance", [np.zeros(6), np.full(7, np.nan), 1.0])
-def test_a_disturbance_that_cannot_be_used_is_refused(disturbance):
+def test_a_disturbance_that_cannot_be_used_is_rejected(disturbance):
     arm, q = load("panda"), HOME["panda"]
     with pytest.raises(ConfigurationError, match="disturbance must be 7 finite numbers"):
         OperationalSpaceController(arm).step(
@@ -240,11 +242,11 @@ def at_rest(arm, time=0.0):
 
 
 def missing(arm, torque):
-    """What would be commanded if the environment carried `torque`."""
+    """Return the torque that would be commanded if the environment carried `torque`."""
     return arm.update(HOME[arm.name], np.zeros(7)).h - torque
 
 
-def test_the_estimate_is_bounded_and_comes_back_from_its_bound_at_once():
+def test_the_estimate_is_bounded_and_leaves_its_bound_at_once():
     arm = without_friction("panda")
     observer = DisturbanceObserver(arm, 50.0, RATE, share=0.2)
     np.testing.assert_allclose(observer.bound, 0.2 * arm.torque_limit)
@@ -256,7 +258,7 @@ def test_the_estimate_is_bounded_and_comes_back_from_its_bound_at_once():
     np.testing.assert_allclose(back, np.exp(-50.0 / RATE) * observer.bound)
 
 
-def test_a_reset_forgets_and_a_hold_keeps():
+def test_reset_clears_the_estimate_and_hold_keeps_it():
     arm, torque = without_friction("panda"), np.linspace(1.0, -1.0, 7)
     observer = DisturbanceObserver(arm, 50.0, RATE)
     for tick in range(300):
@@ -271,7 +273,7 @@ def test_a_reset_forgets_and_a_hold_keeps():
     np.testing.assert_array_equal(observer.update(at_rest(arm, 1.0), missing(arm, torque)), 0.0)
 
 
-def test_an_estimate_is_the_callers_own():
+def test_the_returned_estimate_is_a_copy():
     arm = without_friction("panda")
     observer = DisturbanceObserver(arm)
     observer.update(at_rest(arm), missing(arm, np.ones(7)))
@@ -281,7 +283,7 @@ def test_an_estimate_is_the_callers_own():
     np.testing.assert_array_equal(observer.estimate, kept)
 
 
-def test_time_that_stands_still_jumps_or_runs_backwards_changes_nothing():
+def test_the_estimate_ignores_time_that_repeats_jumps_or_goes_backwards():
     arm, torque = without_friction("panda"), np.ones(7)
     observer = DisturbanceObserver(arm, 20.0, RATE)
     for tick in range(50):
@@ -293,7 +295,7 @@ def test_time_that_stands_still_jumps_or_runs_backwards_changes_nothing():
     np.testing.assert_allclose(late, 1.0 - np.exp(-20.0 * 3.0 / RATE) * (1.0 - estimate), atol=1e-9)
 
 
-def test_what_is_not_finite_is_refused_and_leaves_the_estimate():
+def test_values_that_are_not_finite_are_rejected_and_keep_the_estimate():
     arm = without_friction("panda")
     observer = DisturbanceObserver(arm)
     for tick in range(20):
@@ -314,11 +316,11 @@ def test_what_is_not_finite_is_refused_and_leaves_the_estimate():
     "argument",
     [{"bandwidth": 0.0}, {"bandwidth": np.nan}, {"rate": -1.0}, {"share": 0.0}, {"friction_scale": np.inf}],
 )
-def test_unusable_numbers_are_refused(argument):
+def test_unusable_numbers_are_rejected(argument):
     with pytest.raises(ConfigurationError, match=next(iter(argument))):
         DisturbanceObserver(load("wam7"), **argument)
 
 
-def test_a_bandwidth_beyond_the_rate_is_refused():
+def test_a_bandwidth_beyond_the_rate_is_rejected():
     with pytest.raises(ConfigurationError, match=r"too fast for 100\.0 Hz; take at most 50\.0"):
         DisturbanceObserver(load("wam7"), 80.0, 100.0)

@@ -1,4 +1,4 @@
-"""Joint friction: what the feed-forward takes away, what it leaves, and from where on it does harm."""
+"""Joint friction: how much the feed-forward compensates, how much it leaves, and when it does harm."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def plant(arm, factor=1.0):
 
 
 def lengths(motion):
-    """Position [m] and orientation error [rad] in each period."""
+    """Return position error [m] and orientation error [rad] in each period."""
     return np.linalg.norm(motion.error[:, :3], axis=1), np.linalg.norm(motion.error[:, 3:], axis=1)
 
 
@@ -41,8 +41,8 @@ def test_friction_is_compensated_within_a_millimetre_and_not_without_the_feed_fo
 
 @pytest.mark.parametrize(("factor", "rms", "rest"), [(0.7, 1.3e-3, 0.8e-3), (1.0, 0.5e-3, 1.2e-3), (1.3, 3.5e-3, 6e-3)])
 @pytest.mark.parametrize("name", ARMS)
-def test_friction_other_than_modelled_costs_millimetres(name, factor, rms, rest):
-    """Too little in the model leaves the arm short of its goal; too much pushes it on, and costs less."""
+def test_friction_that_differs_from_the_model_costs_millimetres(name, factor, rms, rest):
+    """With too little friction in the model, the arm stops short of its goal; with too much, it overshoots less far."""
     arm, q = with_friction(name), HOME[name]
     line = StraightLine(arm.update(q, np.zeros(7)).pose, [0.0, 0.15, 0.05], 0.1)
     motion = simulate_tracking(
@@ -57,16 +57,17 @@ def test_friction_other_than_modelled_costs_millimetres(name, factor, rms, rest)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
-def test_at_a_reversal_of_the_motion_friction_is_compensated(name):
-    """The feed-forward turns with the reference, not when the sensors find that the joint has turned."""
+def test_friction_is_compensated_when_the_motion_reverses(name):
+    """The feed-forward reverses with the reference, not after the sensors measure the reversal."""
     arm, q = with_friction(name), HOME[name]
     start, swing = arm.update(q, np.zeros(7)).pose, 2.0 * np.pi * 0.5
 
     def at(time):
-        way = np.array([0.0, 0.04, 0.02])
+        amplitude = np.array([0.0, 0.04, 0.02])
         twist, acceleration = np.zeros(6), np.zeros(6)
-        twist[:3], acceleration[:3] = way * swing * np.sin(swing * time), way * swing**2 * np.cos(swing * time)
-        return Reference(start.moved(way * (1.0 - np.cos(swing * time))), twist, acceleration)
+        twist[:3] = amplitude * swing * np.sin(swing * time)
+        acceleration[:3] = amplitude * swing**2 * np.cos(swing * time)
+        return Reference(start.moved(amplitude * (1.0 - np.cos(swing * time))), twist, acceleration)
 
     largest = {}
     for on in (True, False):
@@ -77,7 +78,7 @@ def test_at_a_reversal_of_the_motion_friction_is_compensated(name):
 
 
 def swing_at_rest(name, gain, late):
-    """How far the tool's error still moves in the last half second of a rest after a line [m, rad]."""
+    """Return the range of the tool's error in the last half second of a rest after a line [m, rad]."""
     arm, q = with_friction(name), HOME[name]
     line = StraightLine(arm.update(q, np.zeros(7)).pose, [0.0, 0.1, 0.05], 0.15)
     controller = OperationalSpaceController(arm, posture=q, friction=FrictionCompensation(arm, gain=gain))
@@ -88,7 +89,7 @@ def swing_at_rest(name, gain, late):
 @pytest.mark.parametrize("late", [0, 1, 2])
 @pytest.mark.parametrize("gain", [1.0, 2.0])
 @pytest.mark.parametrize("name", ARMS)
-def test_the_default_and_twice_the_true_friction_come_to_rest(name, gain, late):
+def test_the_arm_comes_to_rest_with_the_true_and_with_twice_the_true_friction(name, gain, late):
     assert swing_at_rest(name, gain, late) < 1e-6
 
 
@@ -96,7 +97,7 @@ def test_the_default_and_twice_the_true_friction_come_to_rest(name, gain, late):
     ("name", "gain", "late"), [("wam7", 3.0, 1), ("panda", 5.0, 1), ("wam7", 10.0, 0), ("panda", 15.0, 0)]
 )
 def test_gross_overcompensation_ends_in_a_limit_cycle(name, gain, late):
-    """The part from the error is a steep spring without damper; true friction holds it, up to a point and a delay."""
+    """The part from the error is a stiff spring without damper; true friction steadies it up to some gain and delay."""
     assert swing_at_rest(name, gain, late) > 1e-3
 
 
@@ -138,7 +139,7 @@ def test_friction_is_fed_forward_by_the_reference_not_by_the_measured_velocity(n
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_for_a_distant_goal_a_tenth_of_a_metre_per_second_is_compensated(name):
+def test_for_a_distant_goal_the_friction_at_0_1_m_per_s_is_compensated(name):
     arm, direction = with_friction(name), np.array([0.0, 0.6, 0.8])
     slow = np.concatenate((0.1 * direction, np.zeros(3)))
     expected = feed_forward(arm, True, np.zeros(7), slow)
@@ -149,7 +150,7 @@ def test_for_a_distant_goal_a_tenth_of_a_metre_per_second_is_compensated(name):
     np.testing.assert_allclose(near, feed_forward(arm, True, np.zeros(7), 0.8 * slow), atol=1e-9)
 
 
-def test_an_arm_without_friction_gets_none():
+def test_an_arm_without_friction_gets_no_feed_forward():
     arm = without_friction("panda")
     torque = feed_forward(arm, True, np.zeros(7), np.array([0.0, 0.1, 0.0, 0.0, 0.0, 0.0]))
     np.testing.assert_array_equal(torque, 0.0)
@@ -158,6 +159,6 @@ def test_an_arm_without_friction_gets_none():
 @pytest.mark.parametrize(
     "argument", [{"scale": 0.0}, {"scale": np.nan}, {"error_rate": -1.0}, {"gain": -0.1}, {"gain": np.inf}]
 )
-def test_unusable_numbers_are_refused(argument):
+def test_unusable_numbers_are_rejected(argument):
     with pytest.raises(ConfigurationError, match=next(iter(argument))):
         FrictionCompensation(load("wam7"), **argument)

@@ -24,7 +24,7 @@ def at_home(arm):
 
 
 def wall(arm, position):
-    """Force (6,) on the tool of a springy wall that fills x > position, at a state."""
+    """Return the force (6,) on the tool of a springy wall that fills x > position, as a function of the state."""
 
     def wrench(state):
         depth = state.translation[0] - position
@@ -80,7 +80,7 @@ def test_a_desired_force_adds_to_the_spring_and_can_change_every_period(arm):
         assert -wrench(state)[0] == pytest.approx(8.0 + 400.0 * pose_error(state, reference)[0], rel=0.02)
 
 
-def test_an_axis_without_spring_presses_with_its_desired_force_wherever_the_wall_is(arm):
+def test_an_axis_without_a_spring_presses_with_its_desired_force_at_any_wall_position(arm):
     impedance = Impedance(
         [0.0, 400.0, 400.0, 30.0, 30.0, 30.0], damping=[120.0, 0, 0, 0, 0, 0], desired_force=[10.0, 0, 0, 0, 0, 0]
     )
@@ -103,7 +103,7 @@ PUSH = np.array([6.0, -4.0, 5.0, 0.3, 0.2, -0.4])
 
 
 def response(arm, controller, seen, push=PUSH):
-    """The tool's acceleration under a push while the controller sees `seen` and the reference is where the tool is."""
+    """Return the tool's acceleration under a push; the controller sees `seen`, and the reference is at the tool."""
     state = at_home(arm)
     output = controller.step(Observation(0.0, state.q, state.v, seen), Reference(state.pose))
     assert output.active_limits == ()
@@ -113,7 +113,7 @@ def response(arm, controller, seen, push=PUSH):
 WEAK = PostureTask(weight=1e-9)
 
 
-def test_without_a_shaped_inertia_a_push_meets_the_inertia_of_the_arm(arm):
+def test_without_a_shaped_inertia_a_push_accelerates_the_inertia_of_the_arm(arm):
     controller = ImpedanceController(arm, SPRINGS, WEAK)
     state = at_home(arm)
     mobility = state.J @ np.linalg.inv(state.M) @ state.J.T
@@ -121,15 +121,15 @@ def test_without_a_shaped_inertia_a_push_meets_the_inertia_of_the_arm(arm):
     np.testing.assert_allclose(response(arm, controller, np.zeros(6)), mobility @ PUSH, atol=1e-4)
 
 
-def test_with_a_shaped_inertia_a_push_meets_that(arm):
+def test_with_a_shaped_inertia_a_push_accelerates_that_inertia(arm):
     inertia = np.array([20.0, 20.0, 5.0, 0.3, 0.3, 0.3])
     controller = ImpedanceController(arm, Impedance(SPRINGS.stiffness, inertia=inertia), WEAK)
     np.testing.assert_allclose(response(arm, controller, PUSH), PUSH / inertia, atol=1e-4)
 
 
 @pytest.mark.parametrize("share", [0.5, 0.999, 1.001, 3.0])
-def test_a_push_within_the_dead_band_does_not_move_the_tool_and_a_larger_one_by_the_rest(arm, share):
-    """The rest of the push is cancelled too: left over, it would move the arm as light as it is."""
+def test_only_the_part_of_a_push_beyond_the_dead_band_moves_the_tool(arm, share):
+    """The part within the band is cancelled; otherwise it would accelerate the arm's own, smaller inertia."""
     inertia = np.array([20.0, 20.0, 5.0, 0.3, 0.3, 0.3])
     controller = ImpedanceController(arm, Impedance(SPRINGS.stiffness, inertia=inertia, dead_band=(2.5, 0.5)), WEAK)
     push = share * np.array([1.5, 0.0, 2.0, 0.3, 0.4, 0.0])
@@ -173,12 +173,12 @@ def test_the_friction_feed_forward_follows_the_reference_only():
         ({"posture": np.zeros(5)}, ConfigurationError, "5 entries"),
     ],
 )
-def test_arguments_that_cannot_be_used_are_refused(arguments, error, message):
+def test_arguments_that_cannot_be_used_are_rejected(arguments, error, message):
     with pytest.raises(error, match=message):
         ImpedanceController(**{"arm": load("panda"), "impedance": SPRINGS, **arguments})
 
 
-def test_forces_that_are_not_finite_are_refused(arm):
+def test_forces_that_are_not_finite_are_rejected(arm):
     state = at_home(arm)
     shaped = ImpedanceController(arm, Impedance(100.0, inertia=5.0))
     reference, nan = Reference(state.pose), np.full(6, np.nan)

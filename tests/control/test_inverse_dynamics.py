@@ -71,7 +71,7 @@ def test_active_limits_are_named_by_joint_and_side(arm):
 @pytest.mark.parametrize("solver", ["daqp", "osqp"])
 @pytest.mark.parametrize("name", ARMS)
 def test_there_is_always_a_torque_within_the_limits(name, solver):
-    """Weak drives, far outside the ranges, fast: the bounds contradict each other in most of these states."""
+    """The drives are weak, and the joints far out of range and fast; most states have contradictory bounds."""
     strong = load(name)
     arm = without_friction(name, torque_limit=0.3 * strong.torque_limit, velocity_limit=0.4 * strong.velocity_limit)
     controller = OperationalSpaceController(arm, solver=solver)

@@ -51,7 +51,7 @@ def test_the_torque_is_the_closed_form_if_no_limit_is_active(arm):
 
 
 def test_the_torque_is_the_closed_form_anywhere_without_limits(arm):
-    """Through the whole range, near singular postures and at speed, with the task's own acceleration there."""
+    """The states cover the whole range, singular postures and high speeds; the task gives the wanted acceleration."""
     posture = PostureTask(HOME[arm.name])
     controller = OperationalSpaceController(arm, GAINS, posture, limits=(), friction=False)
     for q, v in random_states(arm, 100, seed=5):
@@ -68,7 +68,7 @@ def test_the_torque_is_the_closed_form_anywhere_without_limits(arm):
         np.testing.assert_allclose(output.command.torque, expected, atol=1e-9)
 
 
-def test_the_tool_accelerates_as_under_khatibs_formula_as_the_posture_loses_weight(arm):
+def test_the_tool_s_acceleration_approaches_khatib_s_as_the_posture_weight_vanishes(arm):
     q, v = next(quiet_states(arm, 1))
     state = arm.update(q, v)
     reference = nearby(state)
@@ -82,7 +82,7 @@ def test_the_tool_accelerates_as_under_khatibs_formula_as_the_posture_loses_weig
     np.testing.assert_allclose(np.array(gaps[1:]) / gaps[:-1], 0.01, rtol=0.5)
 
 
-def test_without_redundancy_the_torque_itself_is_khatibs():
+def test_without_redundancy_the_torque_is_khatib_s():
     names = ["panda_finger_joint1", "panda_finger_joint2", "panda_joint3"]
     arm = ArmModel.from_urdf(panda_urdf(), "panda_hand_tcp", locked_joints=names)
     q, v = np.delete(HOME["panda"], 2), np.linspace(-0.1, 0.1, 6)
@@ -93,7 +93,7 @@ def test_without_redundancy_the_torque_itself_is_khatibs():
     np.testing.assert_allclose(controller.step(Observation(0.0, q, v), reference).command.torque, closed, atol=1e-6)
 
 
-def test_khatibs_torque_gives_the_tool_its_acceleration_whatever_the_posture_torque(arm):
+def test_khatib_s_torque_gives_the_wanted_tool_acceleration_for_any_posture_torque(arm):
     for q, v in quiet_states(arm, 3):
         state, wanted = arm.update(q, v), np.linspace(-1.0, 1.0, 6)
         for posture_torque in (np.zeros(arm.nv), np.linspace(-5.0, 5.0, arm.nv)):
@@ -117,7 +117,7 @@ def test_a_line_in_free_space_is_tracked(name):
 @pytest.mark.parametrize("preferred", [False, True], ids=["no-posture", "posture"])
 @pytest.mark.parametrize("name", ARMS)
 def test_without_friction_the_tool_comes_to_rest_within_a_tenth_of_a_millimetre(name, preferred, displacement):
-    """What is left is the pull of a posture that the tool does not allow: weight x its acceleration / (K sigma)."""
+    """The remaining error is the pull of a posture that the tool does not allow: weight x acceleration / (K sigma)."""
     arm, home = without_friction(name), HOME[name]
     line = StraightLine(arm.update(home, np.zeros(7)).pose, displacement, 0.25)
     controller = OperationalSpaceController(arm, posture=home if preferred else None)
@@ -130,7 +130,7 @@ def test_without_friction_the_tool_comes_to_rest_within_a_tenth_of_a_millimetre(
 
 
 def worst(arm, line, reference, state=lambda state: state):
-    """Largest position error [m] on a line of which the controller sees a changed reference or state."""
+    """Return the largest position error [m] on a line for which the controller sees a changed reference or state."""
     controller, errors = OperationalSpaceController(arm, posture=HOME[arm.name]), []
 
     def step(observation):
@@ -144,8 +144,8 @@ def worst(arm, line, reference, state=lambda state: state):
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_each_feed_forward_saves_the_error_of_its_acceleration(name):
-    """Without it the springs have to supply the acceleration that it stands for: D v / K = 2 v / sqrt(K), and a / K."""
+def test_each_feed_forward_removes_the_error_of_its_acceleration(name):
+    """Without it the springs have to supply its acceleration, with errors D v / K = 2 v / sqrt(K) and a / K."""
     arm, speed, stiffness = without_friction(name), 0.25, 900.0
     line = StraightLine(arm.update(HOME[name], np.zeros(7)).pose, [0.0, 0.2, 0.05], speed)
     assert worst(arm, line, lambda at: at) < 1e-4
@@ -157,7 +157,7 @@ def test_each_feed_forward_saves_the_error_of_its_acceleration(name):
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_the_acceleration_of_the_turning_joints_is_accounted_for(name):
+def test_the_acceleration_jdot_v_of_moving_joints_is_compensated(name):
     """Without Jdot v the springs have to supply it: the error grows to Jdot v / K."""
     arm, home = without_friction(name), HOME[name]
     line = StraightLine(arm.update(home, np.zeros(7)).pose, [0.0, 0.35, 0.0], 0.6, acceleration=3.0)
@@ -173,7 +173,7 @@ def test_the_acceleration_of_the_turning_joints_is_accounted_for(name):
 
 
 @pytest.mark.parametrize("axis", [2, 5])
-def test_along_a_masked_axis_nothing_holds_the_tool(arm, axis):
+def test_a_masked_axis_is_free(arm, axis):
     plant, home = without_friction(arm.name), HOME[arm.name]
     start = plant.update(home, np.zeros(7)).pose
     turn = pin.exp3(np.array([0.0, 0.0, 0.3]))
@@ -185,7 +185,7 @@ def test_along_a_masked_axis_nothing_holds_the_tool(arm, axis):
     push = np.eye(6)[axis] * (5.0 if axis == 2 else 0.02)
 
     def offsets(controller):
-        """Where the push has brought the tool after 0.2 s, and where it is 0.6 s after the push."""
+        """Return the tool's offset at the end of the push, after 0.2 s, and 0.6 s later."""
         time = 0.0
 
         def step(observation):
@@ -209,8 +209,8 @@ def test_along_a_masked_axis_nothing_holds_the_tool(arm, axis):
 
 @pytest.mark.parametrize("angle", [np.pi / 2, np.pi, 1.1 * np.pi])
 @pytest.mark.parametrize("name", ARMS)
-def test_a_large_turn_at_once_does_not_carry_the_tool_away(name, angle):
-    """As a spring of 1600 x pi it would take the arm's limits for itself; the tool then strayed by 0.6 m."""
+def test_a_large_rotation_error_does_not_move_the_tool_far(name, angle):
+    """An unbounded spring of 1600 x pi would use up the arm's limits, and the tool would stray by 0.6 m."""
     arm, home = without_friction(name), HOME[name]
     start = arm.update(home, np.zeros(7)).pose
     turned = Reference(Pose(start.translation, pin.exp3(np.array([0.0, 0.0, angle])) @ start.rotation))
@@ -228,7 +228,7 @@ def test_a_large_turn_at_once_does_not_carry_the_tool_away(name, angle):
     assert np.linalg.norm(errors[-1]) < 1e-4
 
 
-def test_the_posture_is_taken_without_moving_the_tool():
+def test_the_arm_takes_its_posture_without_moving_the_tool():
     arm, q = without_friction("wam7"), HOME["wam7"]
     state = arm.update(q, np.zeros(7))
     null = np.linalg.svd(state.J)[2][-1]
@@ -276,12 +276,12 @@ def test_a_step_remembers_nothing(arm):
         ({"posture": np.full(7, np.nan)}, ArgumentError, "posture"),
     ],
 )
-def test_arguments_that_cannot_be_used_are_refused(arguments, error, message):
+def test_arguments_that_cannot_be_used_are_rejected(arguments, error, message):
     with pytest.raises(error, match=message):
         OperationalSpaceController(load("panda"), **arguments)
 
 
-def test_an_observation_that_is_not_finite_is_refused(arm):
+def test_an_observation_that_is_not_finite_is_rejected(arm):
     controller = OperationalSpaceController(arm)
     q = HOME[arm.name]
     with pytest.raises(ModelError, match="not finite"):
@@ -289,7 +289,7 @@ def test_an_observation_that_is_not_finite_is_refused(arm):
 
 
 @pytest.mark.parametrize("posture", [np.zeros(6), np.full(7, np.nan)])
-def test_a_posture_for_one_period_that_cannot_be_used_is_refused(arm, posture):
+def test_a_posture_for_one_period_that_cannot_be_used_is_rejected(arm, posture):
     q = HOME[arm.name]
     controller = OperationalSpaceController(arm)
     with pytest.raises(ConfigurationError, match="posture must be 7 finite numbers"):

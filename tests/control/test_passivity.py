@@ -1,4 +1,4 @@
-"""The arm with its impedance controller gives back no more energy than was put in, whoever pushes it."""
+"""Under any push, the arm with its impedance controller returns no more energy than the push put in."""
 
 from itertools import pairwise
 
@@ -19,8 +19,10 @@ RATE = 500.0
 SOFT = Impedance([400.0] * 3 + [30.0] * 3)
 UNEVEN = Impedance([800.0, 400.0, 200.0, 40.0, 20.0, 10.0], damping_ratio=0.5)
 TOLERANCE = 2e-5
-"""Of the energy that went back and forth: the wrench is held for a period in which the tool moves on, and its work is
-taken with the mean of two velocities."""
+"""Tolerance as a share of the energy exchanged; chosen.
+
+The wrench is held for a period in which the tool moves, and its work is computed with the mean of two velocities.
+"""
 
 
 def mobility(state):
@@ -28,7 +30,7 @@ def mobility(state):
 
 
 def stored(state, reference, stiffness):
-    """Kinetic energy of the tool's inertia and potential of the springs [J]."""
+    """Return the kinetic energy of the tool's inertia plus the potential of the springs [J]."""
     error = pose_error(state, reference)
     return 0.5 * state.twist @ np.linalg.solve(mobility(state), state.twist) + 0.5 * error @ (stiffness * error)
 
@@ -50,8 +52,8 @@ class Pushes:
         return self.now
 
 
-def lost(arm, gains, seed=0, disturb=None, duration=2.5):
-    """Return the energy (n,) that has gone since the start, and that went in and out in total [J]."""
+def dissipated(arm, gains, seed=0, disturb=None, duration=2.5):
+    """Return the energy (n,) dissipated since the start, and the total energy exchanged [J]."""
     reference, pushes = Reference(home(arm).pose), Pushes(seed)
     controller = ImpedanceController(arm, gains, HOME[arm.name])
     wrenches = []
@@ -72,49 +74,49 @@ def lost(arm, gains, seed=0, disturb=None, duration=2.5):
     return np.cumsum(work) + energy[0] - energy, np.abs(work).sum()
 
 
-def falls(values):
-    """By how much the values ever fall below an earlier one."""
+def largest_drop(values):
+    """Return the largest drop of a value below an earlier one."""
     return float(np.max(np.maximum.accumulate(values) - values))
 
 
 @pytest.mark.parametrize("gains", [SOFT, UNEVEN], ids=["even", "uneven"])
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("name", ARMS)
-def test_pushes_only_ever_put_energy_in(name, seed, gains):
-    energy, traffic = lost(without_friction(name), gains, seed)
-    assert traffic > 1.0
-    assert energy[-1] > 0.3 * traffic
-    assert falls(energy) < TOLERANCE * traffic
+def test_the_arm_never_returns_more_energy_than_pushes_put_in(name, seed, gains):
+    energy, exchanged = dissipated(without_friction(name), gains, seed)
+    assert exchanged > 1.0
+    assert energy[-1] > 0.3 * exchanged
+    assert largest_drop(energy) < TOLERANCE * exchanged
 
 
-def test_joint_friction_takes_energy_too():
-    energy, traffic = lost(load("wam7"), SOFT)
-    assert falls(energy) < TOLERANCE * traffic
+def test_joint_friction_dissipates_energy():
+    energy, exchanged = dissipated(load("wam7"), SOFT)
+    assert largest_drop(energy) < TOLERANCE * exchanged
 
 
 def negative_damping(arm):
-    """The springs' own dampers turned round, and a little more."""
+    """Return a torque of 1.1 times the springs' dampers, with the sign reversed."""
     task = ImpedanceTask(SOFT)
     return lambda state: 1.1 * state.J.T @ (task.damping(mobility(state)) @ state.twist)
 
 
 def too_much_friction(arm):
-    """The compensation of a friction that is not there, along the measured velocity."""
+    """Return a compensation of friction that does not exist, along the measured velocity."""
     return lambda state: 0.05 * arm.torque_limit * np.tanh(state.v / 0.02)
 
 
 # A light wrist with negative damping is far beyond all limits after 50 ms.
 @pytest.mark.parametrize(("disturb", "duration"), [(negative_damping, 0.04), (too_much_friction, 0.5)])
 @pytest.mark.parametrize("name", ARMS)
-def test_a_controller_that_feeds_energy_in_is_found(name, disturb, duration):
+def test_the_energy_balance_detects_a_controller_that_feeds_energy_in(name, disturb, duration):
     arm = without_friction(name)
-    energy, traffic = lost(arm, SOFT, disturb=disturb(arm), duration=duration)
-    assert falls(energy) > 100.0 * TOLERANCE * traffic
+    energy, exchanged = dissipated(arm, SOFT, disturb=disturb(arm), duration=duration)
+    assert largest_drop(energy) > 100.0 * TOLERANCE * exchanged
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_against_a_stiff_wall_no_energy_grows(name):
-    """Thrown at the wall at about 0.2 m/s: what the wall holds counts too."""
+def test_contact_with_a_stiff_wall_adds_no_energy(name):
+    """The hand hits the wall at about 0.2 m/s; the energy stored in the wall counts too."""
     arm, stiffness = without_friction(name), 1e4
     start = home(arm)
     direction, ahead = np.array([0.0, 0.0, -1.0]), 0.02
@@ -127,13 +129,13 @@ def test_against_a_stiff_wall_no_energy_grows(name):
     held = np.square(np.linalg.norm(wrenches[:, :3], axis=1)) / (2.0 * stiffness)
     energy = held + [stored(state, reference, SOFT.stiffness) for state in states]
     assert held.max() > 0.003
-    assert falls(-energy) < TOLERANCE * energy[0]
+    assert largest_drop(-energy) < TOLERANCE * energy[0]
     assert energy[-1] < 0.6 * energy[0]
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_the_dampers_outweigh_the_inertia_that_the_tool_gains_and_loses_on_its_way(name):
-    """½ Lambda' < D with the shipped springs, all joints at their speed limits, away from singular postures."""
+def test_the_damping_exceeds_half_the_growth_of_the_tool_s_inertia(name):
+    """½ Lambda' < D holds with the shipped springs and all joints at full speed, away from singular postures."""
     arm, task = without_friction(name), ImpedanceTask(Impedance([2500.0] * 3 + [120.0] * 3))
     step, worst = 1e-6, 0.0
     for q, v in random_states(arm, 150, speed=1.0):
@@ -148,18 +150,18 @@ def test_the_dampers_outweigh_the_inertia_that_the_tool_gains_and_loses_on_its_w
     assert 0.1 < worst < 1.0
 
 
-def test_springs_that_differ_give_no_energy_on_a_round_trip_of_rotations():
-    """Around a cone of 1 rad the moment's work adds up to nothing; that of K e would not."""
+def test_unequal_springs_give_no_energy_on_a_closed_path_of_rotations():
+    """Around a cone of 1 rad the moment's work sums to zero; that of K e would not."""
     arm = without_friction("panda")
     state = home(arm)
     task = ImpedanceTask(Impedance([400.0] * 3 + [40.0, 20.0, 10.0]))
     reference = Reference(state.pose)
     angles = np.linspace(0.0, 2.0 * np.pi, 1001)
     axes = np.stack((np.cos(angles) + 0.2, np.sin(angles) + 0.1, np.full_like(angles, 0.7)), axis=1)
-    ways = [pin.exp3(axis / np.linalg.norm(axis)) for axis in axes]
+    rotations = [pin.exp3(axis / np.linalg.norm(axis)) for axis in axes]
     inertia, none = np.linalg.inv(mobility(state)), np.zeros(6)
     exact = plain = 0.0
-    for before, after in pairwise(ways):
+    for before, after in pairwise(rotations):
         turn = pin.log3(after @ before.T)
         turned = state._replace(rotation=pin.exp3(0.5 * turn) @ before @ state.rotation)
         error = pose_error(turned, reference)

@@ -1,4 +1,4 @@
-"""References into, through and out of singular postures, and targets out of reach."""
+"""Tracking of references into, through and out of singular postures, and of targets out of reach."""
 
 import numpy as np
 import pinocchio as pin
@@ -36,14 +36,14 @@ def changed(name, joints):
 STRETCHED = {"wam7": changed("wam7", {3: 0.3}), "panda": changed("panda", {3: -0.6})}
 
 
-def least(arm, q):
-    """The least singular value of J and its direction at the tool."""
+def smallest_singular(arm, q):
+    """Return the smallest singular value of J and its direction at the tool."""
     U, sigma, _ = np.linalg.svd(arm.update(q, 0.0 * q).J)
     return sigma[-1], U[:, -1]
 
 
 class Run(list):
-    """What happened in each control period."""
+    """A simulated run: time, error, output, velocity and tool position of each control period."""
 
     def __init__(self, arm, reference, q, duration, *, posture=None, friction=False, rate=500.0, **plant):
         controller = OperationalSpaceController(arm, posture=posture, friction=friction, rate=rate)
@@ -64,7 +64,7 @@ class Run(list):
         self.acceleration = rate * np.diff(self.v, axis=0)
 
     def flips(self):
-        """How often a joint's acceleration turns from one period to the next, beyond 2 rad/s² on both sides."""
+        """Return how often a joint's acceleration changes sign between periods, beyond 2 rad/s² on both sides."""
         a = self.acceleration
         return int(((a[1:] * a[:-1] < 0.0) & (np.minimum(np.abs(a[1:]), np.abs(a[:-1])) > 2.0)).sum())
 
@@ -79,7 +79,7 @@ class Run(list):
 
 
 def in_turn(*parts):
-    """A reference that takes one part after another; a part is (duration, function of time)."""
+    """Return a reference of parts in sequence, and its duration; a part is (duration, function of time)."""
 
     def at(time):
         for duration, part in parts[:-1]:
@@ -92,7 +92,7 @@ def in_turn(*parts):
 
 
 def blend(start, end, duration):
-    """From rest to rest along the shortest way, by a quintic."""
+    """Return a quintic motion from rest to rest along the shortest path."""
     way, turn = end.translation - start.translation, pin.log3(end.rotation @ start.rotation.T)
 
     def at(time):
@@ -110,13 +110,13 @@ def rest(pose, duration):
 
 
 def outward(arm, pose):
-    """The direction from the shoulder to the tool, and how far away it is."""
+    """Return direction and distance from the shoulder to the tool."""
     way = pose.translation - SHOULDER[arm.name]
     return way / np.linalg.norm(way), np.linalg.norm(way)
 
 
 def beyond_reach(arm, excess):
-    """Out from the shoulder until `excess` beyond reach; a second there, and back to where the elbow bends."""
+    """Return a reference from the shoulder outwards to `excess` beyond reach, a second of rest, and back."""
     start = arm.update(HOME[arm.name], np.zeros(7)).pose
     direction, distance = outward(arm, start)
     out = StraightLine(start, (REACH[arm.name] + excess - distance) * direction, 0.25)
@@ -126,7 +126,7 @@ def beyond_reach(arm, excess):
 
 
 def nearest_reachable(arm, target, q):
-    """The pose of least energy in springs whose force is that of an approach at 1 m/s and 3 rad/s at most."""
+    """Return the pose of least energy in springs whose force allows approaches of at most 1 m/s and 3 rad/s."""
     stiffness, damping = DEFAULT_GAINS.stiffness, DEFAULT_GAINS.damping
 
     def residual(q):
@@ -157,7 +157,7 @@ def test_a_target_out_of_reach_is_approached_and_left_without_chatter(name, pref
     stretched = np.flatnonzero(run.time < arrival + 1.0)[-1]
     best = nearest_reachable(arm, at(arrival).pose, STRETCHED[name])
     assert np.linalg.norm(best.translation - at(arrival).pose.translation) > 0.1
-    # The posture bends the elbow a little, where the tool does not notice to first order.
+    # The posture bends the elbow slightly, which moves the tool only to second order.
     assert np.linalg.norm(run.tool[stretched] - best.translation) < (2e-3 if preferred else 2e-5)
     assert np.abs(run.v[stretched]).max() < 0.02
     assert np.linalg.norm(run.error[-1, :3]) < 1e-4
@@ -188,7 +188,7 @@ def test_the_stretched_arm_is_quiet_at_other_rates(rate):
 @pytest.mark.parametrize("name", ARMS)
 def test_a_path_through_a_singular_posture_is_followed(name, where):
     arm, middle = without_friction(name), changed(name, POSTURES[where][name])
-    assert least(arm, middle)[0] < 1e-3
+    assert smallest_singular(arm, middle)[0] < 1e-3
     q, other = middle.copy(), middle.copy()
     q[CROSSED[where]] -= 0.3
     other[CROSSED[where]] += 0.3
@@ -205,10 +205,10 @@ def test_a_path_through_a_singular_posture_is_followed(name, where):
 
 @pytest.mark.parametrize("where", POSTURES)
 @pytest.mark.parametrize("name", ARMS)
-def test_the_lost_direction_itself_is_taken_from_the_singular_posture(name, where):
-    """A preferred posture says to which side the arm bends; without one it has to fall to one side first."""
+def test_the_tool_can_leave_a_singular_posture_along_its_lost_direction(name, where):
+    """A preferred posture decides to which side the arm bends; without one it first has to fall to a side."""
     arm, q = without_friction(name), changed(name, POSTURES[where][name])
-    _, u = least(arm, q)
+    _, u = smallest_singular(arm, q)
     start = arm.update(q, 0.0 * q).pose
     way = 0.1 * u / max(np.linalg.norm(u[:3]), 0.3 * np.linalg.norm(u[3:]))
     end = Pose(start.translation + way[:3], pin.exp3(way[3:]) @ start.rotation)
@@ -223,7 +223,7 @@ def test_the_lost_direction_itself_is_taken_from_the_singular_posture(name, wher
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_a_step_a_metre_out_of_reach_and_back_ends_where_it_began(name):
+def test_a_step_of_one_metre_out_of_reach_and_back_ends_at_its_start(name):
     arm, home = without_friction(name), HOME[name]
     start = arm.update(home, 0.0 * home).pose
     far = start.moved(outward(arm, start)[0])
@@ -236,8 +236,8 @@ def test_a_step_a_metre_out_of_reach_and_back_ends_where_it_began(name):
 
 
 @pytest.mark.parametrize("true", [0.7, 1.0, 1.3])
-def test_with_joint_friction_the_stretched_arm_stays_orderly(true):
-    """The feed-forward divides by the same small singular values; what it asks for is bounded there."""
+def test_with_joint_friction_the_stretched_arm_stays_within_its_limits(true):
+    """The feed-forward divides by the same small singular values, but its velocities are bounded."""
     rubbing = load("wam7")
     arm = without_friction("wam7", friction_coulomb=rubbing.friction_coulomb, friction_viscous=rubbing.friction_viscous)
     at, duration, _ = beyond_reach(arm, 0.15)
@@ -247,14 +247,14 @@ def test_with_joint_friction_the_stretched_arm_stays_orderly(true):
     }
     run = Run(arm, at, HOME["wam7"], duration, posture=HOME["wam7"], friction=True, **plant)
     assert all(row[2].fallback == "" for row in run)
-    # What friction is modelled too much accelerates the light wrist beyond what the velocity limit expects.
+    # Friction that is modelled too large accelerates the light wrist beyond the margin of the velocity limit.
     assert (np.abs(run.v) < 1.1 * arm.velocity_limit).all()
     assert (np.abs(run.torque) < 0.6 * arm.torque_limit).all()
     assert run.flips() <= 80
     assert np.linalg.norm(run.error[-1, :3]) < (1e-3 if true <= 1.0 else 8e-3)
 
 
-def test_the_friction_feed_forward_is_bounded_where_the_elbow_is_straight():
+def test_the_friction_feed_forward_is_bounded_at_a_straight_elbow():
     arm = load("wam7")
     controllers = [OperationalSpaceController(arm, friction=on) for on in (True, False)]
     for elbow in np.linspace(0.2, 0.3, 11):
@@ -266,8 +266,8 @@ def test_the_friction_feed_forward_is_bounded_where_the_elbow_is_straight():
         assert (np.abs(on.command.torque - off.command.torque) <= most + 1e-6).all()
 
 
-def bent(state, wanted, directions):
-    """The law of `SingularDirections` from its docstring, by a singular value decomposition."""
+def reduced_by_formula(state, wanted, directions):
+    """Return the law in the docstring of `SingularDirections`, by a singular value decomposition."""
     U, sigma, _ = np.linalg.svd(state.J)
     y, speed = U.T @ (wanted - state.Jdot_v), U.T @ state.twist
     depth = np.where(sigma < directions.threshold, (1.0 - (sigma / directions.threshold) ** 2) ** 2, 0.0)
@@ -278,22 +278,22 @@ def bent(state, wanted, directions):
 
 @pytest.mark.parametrize("weight", [POSTURE_WEIGHT, 1e-2])
 @pytest.mark.parametrize("name", ARMS)
-def test_the_reduced_acceleration_is_the_formula_and_regular_postures_keep_theirs(name, weight):
+def test_the_reduced_acceleration_follows_its_formula_and_regular_postures_are_unchanged(name, weight):
     arm, directions = load(name), SingularDirections(posture_weight=weight)
     rng = np.random.default_rng(0)
     kept = 0
     for q, v in random_states(arm, 200):
         state, wanted = arm.update(q, v), rng.normal(scale=20.0, size=6)
         answer = directions.reduce(state, wanted.copy())
-        np.testing.assert_allclose(answer, bent(state, wanted, directions), atol=1e-9)
-        if least(arm, q)[0] > directions.threshold:
+        np.testing.assert_allclose(answer, reduced_by_formula(state, wanted, directions), atol=1e-9)
+        if smallest_singular(arm, q)[0] > directions.threshold:
             np.testing.assert_array_equal(answer, wanted)
             kept += 1
     assert 50 < kept < 150
 
 
 @pytest.mark.parametrize("weight", [POSTURE_WEIGHT, 1e-2])
-def test_near_a_singular_posture_the_controller_counts_with_the_weight_of_its_posture_task(weight):
+def test_near_a_singular_posture_the_controller_uses_the_weight_of_its_posture_task(weight):
     arm, q = without_friction("wam7"), STRETCHED["wam7"]
     state = arm.update(q, 0.0 * q)
     reference = Reference(state.pose.moved(0.3 * outward(arm, state.pose)[0]))
@@ -314,7 +314,7 @@ def test_in_an_endangered_direction_the_joints_accelerate_in_proportion_to_the_d
     seen = 0
     for q, _ in random_states(arm, 200, seed=4):
         state = arm.update(q, 0.0 * q)
-        sigma, u = least(arm, q)
+        sigma, u = smallest_singular(arm, q)
         if sigma < 0.3 * directions.threshold:
             for size in (10.0, 1e3, 1e5):
                 y = u @ directions.reduce(state, size * u)
@@ -325,7 +325,7 @@ def test_in_an_endangered_direction_the_joints_accelerate_in_proportion_to_the_d
     assert seen > 30
 
 
-def test_a_free_axis_is_not_taken_for_a_lost_direction():
+def test_a_free_axis_does_not_count_as_a_lost_direction():
     arm, q = load("wam7"), HOME["wam7"]
     state, wanted = arm.update(q, 0.0 * q), np.array([30.0, -20.0, 10.0, 40.0, 50.0, -60.0])
     np.testing.assert_array_equal(SingularDirections([1, 1, 1, 1, 1, 0]).reduce(state, wanted.copy()), wanted)

@@ -1,4 +1,4 @@
-"""The project's torques are those of TSID, an independent implementation, on the same problem."""
+"""The torques equal those of TSID, an independent implementation, on the same problem."""
 
 from importlib.util import find_spec
 
@@ -10,11 +10,11 @@ import tsid_problem
 ARMS = tuple(tsid_problem.FRAMES)
 
 AGREEMENT = 1e-6
-"""Largest difference of a torque [N·m]; what was measured when the file was written is below 1e-9."""
+"""Largest allowed difference of a torque [N·m]; measured differences are below 1e-9."""
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_torques_are_those_that_tsid_gave(name):
+def test_torques_equal_the_recorded_ones_of_tsid(name):
     controller = tsid_problem.our_controller(name)
     for case in tsid_problem.recorded()[name]:
         output = controller.step(case.observation, case.reference)
@@ -23,8 +23,8 @@ def test_torques_are_those_that_tsid_gave(name):
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_the_recorded_cases_reach_both_limits_and_neither(name):
-    """An agreement means nothing where nothing was asked."""
+def test_the_recorded_cases_include_both_limits_and_none(name):
+    """Agreement would mean little without active limits."""
     controller, active = tsid_problem.our_controller(name), []
     for case in tsid_problem.recorded()[name]:
         active.append(controller.step(case.observation, case.reference).active_limits)
@@ -35,8 +35,8 @@ def test_the_recorded_cases_reach_both_limits_and_neither(name):
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_the_regularisation_of_tsid_is_seen(name):
-    """The files tell apart programs that differ in one part of 10,000 of the weakest weight."""
+def test_the_recorded_torques_resolve_the_regularisation_of_tsid(name):
+    """The files distinguish programs that differ by 1/10,000 of the smallest weight."""
     without = tsid_problem.our_controller(name, regularisation=0.0)
     differences = [
         np.abs(without.step(case.observation, case.reference).command.torque - case.torque).max()
@@ -45,10 +45,10 @@ def test_the_regularisation_of_tsid_is_seen(name):
     assert max(differences) > 10.0 * AGREEMENT
 
 
-@pytest.mark.skipif(find_spec("tsid") is None, reason="tsid is not installed; the recorded torques stand in for it")
+@pytest.mark.skipif(find_spec("tsid") is None, reason="tsid is not installed; the recorded torques replace it")
 @pytest.mark.parametrize("name", ARMS)
 @pytest.mark.parametrize("demand", [0.3, 3.0, 20.0])
-def test_torques_are_those_of_the_installed_tsid(name, demand):
+def test_torques_equal_those_of_the_installed_tsid(name, demand):
     from pilegrasp_ctrl.validation.bench.tsid import TsidController
 
     arm, ours = tsid_problem.load_arm(name), tsid_problem.our_controller(name)

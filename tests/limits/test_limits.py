@@ -71,8 +71,8 @@ def test_the_braking_acceleration_is_within_the_torque_of_every_joint(arm):
         assert (needed <= arm.torque_limit).all()
 
 
-def test_a_joint_brakes_with_half_of_the_torque_that_gravity_and_friction_leave_in_the_worst_posture(arm):
-    """One half: coupling with other joints and a load in the hand may take the rest."""
+def test_a_joint_brakes_with_half_of_the_torque_left_in_the_worst_posture(arm):
+    """The other half is for coupling with other joints and for a load in the hand."""
     braking = braking_acceleration(arm)
     left = np.full(arm.nv, np.inf)
     for q, _ in random_states(arm, 300, seed=5):
@@ -118,7 +118,7 @@ def test_two_joints_that_share_motors_cannot_both_have_their_largest_torque():
         np.testing.assert_allclose(limit.cut(alone), alone, atol=1e-9)
 
 
-def test_a_motor_that_binds_is_named_and_the_torques_stay_within_the_differential():
+def test_an_active_motor_limit_is_named_and_the_torques_stay_within_the_differential():
     arm = load("wam7")
     controller = OperationalSpaceController(arm, friction=False)
     state = arm.update(np.array([0.0, 0.9, 0.0, 1.9, 0.0, -0.5, 0.0]), np.zeros(7))
@@ -142,15 +142,15 @@ def test_a_motor_that_binds_is_named_and_the_torques_stay_within_the_differentia
         ({"joint_to_motor": np.eye(7)}, "go together"),
         ({"joint_to_motor": np.zeros((7, 7)), "motor_torque_limit": np.ones(7)}, "invertible"),
         ({"joint_to_motor": np.eye(7), "motor_torque_limit": np.zeros(7)}, "positive"),
-        ({"joint_to_motor": np.eye(7) + np.eye(7, k=1), "motor_torque_limit": np.full(7, 1e3)}, "lower one of the two"),
+        ({"joint_to_motor": np.eye(7) + np.eye(7, k=1), "motor_torque_limit": np.full(7, 1e3)}, "lower motor_torque_limit"),
     ],
 )
-def test_an_inconsistent_transmission_is_refused(arguments, message):
+def test_an_inconsistent_transmission_is_rejected(arguments, message):
     with pytest.raises(ModelError, match=message):
         without_friction("panda", **arguments)
 
 
-def test_a_joint_outside_is_not_asked_for_more_than_it_can_do(arm):
+def test_the_demand_on_a_joint_outside_its_range_is_bounded(arm):
     velocity, position = VelocityLimit(arm, RATE), PositionLimit(arm, RATE)
     demand = np.full(arm.nv, 20.0)
     bounds = AccelerationBounds([velocity, position], arm.nv, demand)
@@ -188,7 +188,7 @@ def test_a_joint_far_outside_its_range_returns_no_faster_than_its_velocity_limit
     np.testing.assert_allclose(upper, bounds_at(velocity, q, v)[0])
 
 
-def test_one_limit_or_no_limit_gives_bounds_too(arm):
+def test_bounds_exist_for_one_limit_and_for_none(arm):
     q, v = next(random_states(arm, 1))
     velocity = VelocityLimit(arm, RATE)
     _, lower, upper = intersect(AccelerationBounds([velocity], arm.nv), q, v)
@@ -198,7 +198,7 @@ def test_one_limit_or_no_limit_gives_bounds_too(arm):
     assert (upper == np.inf).all()
 
 
-def test_joints_without_limits_are_not_bounded():
+def test_joints_without_limits_have_no_bounds():
     free = without_friction(
         "panda", q_lower=np.full(7, -np.inf), q_upper=np.full(7, np.inf), velocity_limit=np.full(7, np.inf)
     )
@@ -209,8 +209,8 @@ def test_joints_without_limits_are_not_bounded():
 
 
 @pytest.mark.parametrize("limit", ["torque", "velocity", "position"])
-def test_without_a_limit_it_is_exceeded(limit):
-    """The stress test can fail: each limit, left out, is exceeded by the same kind of motion."""
+def test_a_limit_that_is_left_out_is_exceeded(limit):
+    """The stress test can therefore fail: without a limit, the same kind of motion exceeds it."""
     arm = without_friction("wam7", torque_limit=0.5 * load("wam7").torque_limit)
     rng = np.random.default_rng(7)
     span, exceeded = arm.q_upper - arm.q_lower, False

@@ -1,4 +1,4 @@
-"""A thousand random starts and targets for each arm: what the simulated arm does stays within its limits."""
+"""Each simulated arm stays within its limits for a thousand random starts and targets."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ HAND = MassProperties(0.6, np.array([0.0, 0.0, 0.08]), 0.0012 * np.eye(3))
 
 
 def start(arm, rng, kind):
-    """A start from rest, in motion that can be stopped, or with joints beyond their range and others too fast."""
+    """Return a start at rest, in motion that can be stopped, or with some joints out of range and others too fast."""
     span = arm.q_upper - arm.q_lower
     q = arm.q_lower + span * rng.uniform(0.02, 0.98, arm.nv)
     v = np.zeros(arm.nv)
@@ -38,7 +38,7 @@ def start(arm, rng, kind):
 
 
 def excess(arm, sample):
-    """Excess of each joint over its range [rad] and over its speed [rad/s]; negative within."""
+    """Return the excess of each joint over its range [rad] and speed [rad/s]; negative within."""
     beyond = np.maximum(sample.q - arm.q_upper, arm.q_lower - sample.q)
     return np.concatenate((beyond, np.abs(sample.v) - arm.velocity_limit))
 
@@ -46,7 +46,7 @@ def excess(arm, sample):
 @pytest.mark.slow
 @pytest.mark.parametrize("batch", range(BATCHES))
 @pytest.mark.parametrize("name", ["wam7", "panda", "wam7 with friction and hand"])
-def test_no_limit_is_exceeded_and_an_excess_at_the_start_only_shrinks(name, batch):
+def test_no_limit_is_exceeded_and_an_initial_excess_only_shrinks(name, batch):
     arm = load("wam7", tool=HAND) if "hand" in name else without_friction(name)
     plant, torque_limit = ArmSimulation(arm), TorqueLimit(arm)
     rng = np.random.default_rng([7, batch])

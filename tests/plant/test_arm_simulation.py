@@ -22,7 +22,7 @@ def free(arm):
 
 
 def flywheel(inertia=0.5, coulomb=0.0, viscous=0.0):
-    """One joint about the vertical, whose motion under friction is known."""
+    """Return an arm of one vertical joint, whose motion under friction is known."""
     model = pin.Model()
     joint = model.addJoint(0, pin.JointModelRZ(), pin.SE3.Identity(), "joint")
     model.appendBodyToJoint(joint, pin.Inertia(1.0, np.zeros(3), inertia * np.eye(3)), pin.SE3.Identity())
@@ -42,8 +42,8 @@ def energy(arm, sample):
     return potential + 0.5 * sample.v @ arm.update(sample.q, sample.v).M @ sample.v
 
 
-def test_without_friction_and_torque_energy_is_kept_the_better_the_finer_the_steps(free):
-    """A free fall; over a given time the error of the midpoint rule falls with the square of the step or faster."""
+def test_without_friction_and_torque_the_energy_error_falls_with_finer_steps(free):
+    """The arm falls freely. Over a given time, the error of the midpoint rule is of second order or better."""
     drifts = []
     for substeps in (1, 2, 4):
         fall = samples(ArmSimulation(free, substeps=substeps), np.zeros(7), HOME[free.name], 1.0, rate=100.0)
@@ -55,7 +55,7 @@ def test_without_friction_and_torque_energy_is_kept_the_better_the_finer_the_ste
     assert drifts[2] < 0.3 * drifts[1]
 
 
-def test_friction_only_takes_energy_away():
+def test_friction_only_dissipates_energy():
     arm = load("wam7")
     fall = samples(ArmSimulation(arm), np.zeros(7), HOME["wam7"], 0.5)
     energies = [energy(arm, sample) for sample in fall]
@@ -82,8 +82,8 @@ def test_one_joint_slips_while_the_others_stick():
     assert last.q[6] > q[6] + 1e-3
 
 
-def test_friction_holds_a_joint_or_opposes_it_with_all_it_has():
-    """The conditions that single the friction out, at random states and velocities: some joints held, some not."""
+def test_friction_holds_a_joint_or_opposes_it_with_the_full_coulomb_torque():
+    """The friction's conditions hold at random states, in which some joints stick and others slip."""
     arm, rng, step, held = load("wam7"), np.random.default_rng(3), 1e-3, 0
     friction = ArmSimulation(arm).friction
     for q, v in random_states(arm, 50):
@@ -97,7 +97,7 @@ def test_friction_holds_a_joint_or_opposes_it_with_all_it_has():
     assert 20 < held < 330
 
 
-def test_a_joint_slows_down_under_coulomb_friction_as_the_textbook_says_and_then_stays():
+def test_a_joint_under_coulomb_friction_decelerates_uniformly_and_then_rests():
     speed, inertia, coulomb = 1.0, 0.5, 2.0
     arm = flywheel(inertia, coulomb)
     run = samples(ArmSimulation(arm), np.zeros(1), [0.0], 0.5, v=[speed])
@@ -108,15 +108,15 @@ def test_a_joint_slows_down_under_coulomb_friction_as_the_textbook_says_and_then
     assert not v[time > stop + 1e-3].any()
 
 
-def test_viscous_friction_decays_and_a_stiff_one_does_not_blow_up():
+def test_motion_decays_under_viscous_friction_even_a_very_large_one():
     last = samples(ArmSimulation(flywheel(0.5, viscous=2.0)), np.zeros(1), [0.0], 0.502, v=[1.0])[-1]
     assert last.v[0] == pytest.approx(np.exp(-2.0 / 0.5 * 0.5), rel=1e-4)
     stiff = samples(ArmSimulation(flywheel(1e-4, viscous=10.0)), np.zeros(1), [0.0], 0.5, v=[1.0])
     assert max(abs(s.v[0]) for s in stiff) <= 1.0
 
 
-def test_a_wall_gives_its_stiffness_times_the_depth_and_balances_the_controllers_spring(free):
-    """Two springs in series: the depth is spring / (spring + wall) of how far the reference lies inside."""
+def test_a_wall_pushes_with_stiffness_times_depth_and_balances_the_controller_s_spring(free):
+    """Two springs are in series: the depth is spring / (spring + wall) times the depth of the reference."""
     start = free.update(HOME[free.name], np.zeros(7)).pose
     spring, stiffness, inside = 400.0, 4000.0, 0.04
     wall = SpringWall(start.moved([0.01, 0.0, 0.0]).translation, [-2.0, 0.0, 0.0], stiffness, damping=30.0)
@@ -129,7 +129,7 @@ def test_a_wall_gives_its_stiffness_times_the_depth_and_balances_the_controllers
     np.testing.assert_allclose(last.wrench, [-stiffness * depth, 0, 0, 0, 0, 0], atol=0.02)
 
 
-def test_a_wall_touches_nothing_outside_and_never_pulls():
+def test_a_wall_exerts_no_force_outside_and_never_pulls():
     wall = SpringWall([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 1000.0, damping=50.0)
     start = load("panda").update(HOME["panda"], np.zeros(7)).pose
     above, below = (start.moved([0.0, 0.0, height - start.translation[2]]) for height in (0.001, -0.001))
@@ -139,7 +139,7 @@ def test_a_wall_touches_nothing_outside_and_never_pulls():
     np.testing.assert_allclose(wall(below, -0.1 * away), [0, 0, 1.0 + 5.0, 0, 0, 0])
 
 
-def test_the_controller_is_told_the_wrench_of_the_environment(free):
+def test_the_controller_observes_the_wrench_of_the_environment(free):
     seen = []
     push = np.array([1.0, 2.0, 3.0, 0.1, 0.2, 0.3])
     simulation = ArmSimulation(free, environment=lambda pose, twist: push)
@@ -147,7 +147,7 @@ def test_the_controller_is_told_the_wrench_of_the_environment(free):
     np.testing.assert_array_equal(seen, [push] * 5)
 
 
-def test_a_wrench_on_the_tool_moves_the_joints_as_its_transpose_jacobian(free):
+def test_a_wrench_on_the_tool_acts_on_the_joints_through_the_transposed_jacobian(free):
     state = free.update(HOME[free.name], np.zeros(7))
     push = np.array([5.0, -3.0, 8.0, 0.5, 0.2, -0.4])
     simulation = ArmSimulation(free, environment=lambda pose, twist: push)
@@ -156,7 +156,7 @@ def test_a_wrench_on_the_tool_moves_the_joints_as_its_transpose_jacobian(free):
 
 
 @pytest.mark.parametrize("factor", [0.9, 1.1])
-def test_a_heavier_arm_needs_that_much_more_torque_to_stay(free, factor):
+def test_a_heavier_arm_needs_proportionally_more_torque_to_rest(free, factor):
     h, q = free.update(HOME[free.name], np.zeros(7)).h, HOME[free.name]
     held = samples(ArmSimulation(free, mass_factor=factor), factor * h, q, 0.2)[-1]
     np.testing.assert_allclose(held.q, q, atol=1e-9)
@@ -166,7 +166,7 @@ def test_a_heavier_arm_needs_that_much_more_torque_to_stay(free, factor):
     np.testing.assert_allclose(plant.M - drives, factor * (free.update(q, np.zeros(7)).M - drives), atol=1e-9)
 
 
-def test_a_payload_hangs_at_the_tools_origin(free):
+def test_a_payload_acts_at_the_tool_s_origin(free):
     state, q = free.update(HOME[free.name], np.zeros(7)), HOME[free.name]
     weight = np.array([0.0, 0.0, 0.5 * 9.81, 0.0, 0.0, 0.0])
     held = samples(ArmSimulation(free, payload=0.5), state.h + state.J.T @ weight, q, 0.2)[-1]
@@ -180,7 +180,7 @@ def observed(noise, seed, ticks=400):
     return np.array(seen)
 
 
-def test_noise_is_the_same_for_the_same_seed_and_has_the_size_that_was_asked_for():
+def test_noise_has_the_requested_size_and_repeats_with_its_seed():
     noise = SensorNoise(1e-4, 2e-2)
     first = observed(noise, 7)
     np.testing.assert_array_equal(first, observed(noise, 7))
@@ -190,13 +190,13 @@ def test_noise_is_the_same_for_the_same_seed_and_has_the_size_that_was_asked_for
     assert (observed(None, 7) == [0.3, 0.0]).all()
 
 
-def test_noise_is_on_what_is_seen_and_not_on_what_happens():
+def test_noise_affects_observations_and_not_the_motion():
     simulation = ArmSimulation(flywheel(), noise=SensorNoise(1e-2, 1e-1))
     assert all(sample.q[0] == 0.3 for sample in samples(simulation, np.zeros(1), [0.3], 0.1))
 
 
 def test_encoder_noise_is_that_of_differences_of_rounded_motor_angles():
-    """Against rounding itself, for joints that share motors: many postures, two readings a period apart."""
+    """The comparison rounds two readings one period apart in many postures, for joints that share motors."""
     matrix = np.array(description("wam7")["transmission"]["joint_to_motor"])
     rate, count = 500.0, 2.0 * np.pi / 4096
     rng = np.random.default_rng(0)
@@ -218,7 +218,7 @@ def test_a_run_remembers_nothing(arm):
     np.testing.assert_array_equal(first.q, second.q)
 
 
-def test_a_simulation_that_diverges_is_ended_with_a_sentence(free):
+def test_a_diverging_simulation_raises_an_error_with_a_remedy(free):
     start = free.update(HOME[free.name], np.zeros(7)).pose.moved([0.0, 0.0, 0.01])
     simulation = ArmSimulation(free, environment=SpringWall(start.translation, [0.0, 0.0, 1.0], 1e9))
     with pytest.raises(SimulationError, match=r"diverged at .* raise one of these"):
@@ -226,12 +226,12 @@ def test_a_simulation_that_diverges_is_ended_with_a_sentence(free):
 
 
 @pytest.mark.parametrize("coulomb", [0.0, 1.0])
-def test_a_torque_that_is_no_number_ends_the_run_too(coulomb):
+def test_a_torque_of_nan_raises_an_error(coulomb):
     with pytest.raises(SimulationError):
         samples(ArmSimulation(flywheel(coulomb=coulomb)), np.full(1, np.nan), [0.0], 0.1)
 
 
-def test_a_wrench_of_another_shape_is_refused(free):
+def test_a_wrench_of_another_shape_is_rejected(free):
     with pytest.raises(ConfigurationError, match="six numbers"):
         samples(ArmSimulation(free, environment=lambda pose, twist: np.zeros(3)), np.zeros(7), HOME[free.name], 0.1)
 
@@ -247,7 +247,7 @@ def test_a_wrench_of_another_shape_is_refused(free):
         ({"noise": SensorNoise([1e-4, 1e-4], 0.0)}, "number of joints"),
     ],
 )
-def test_a_plant_that_cannot_be_built_is_refused(arguments, message):
+def test_a_plant_that_cannot_be_built_is_rejected(arguments, message):
     with pytest.raises(ConfigurationError, match=message):
         ArmSimulation(load("panda"), **arguments)
 
@@ -267,10 +267,10 @@ def test_a_plant_that_cannot_be_built_is_refused(arguments, message):
         (lambda: ArmSimulation(flywheel()).run(lambda o: 0.0, [0.0], 1e-4), "hold at least one period"),
     ],
 )
-def test_values_that_cannot_be_used_are_refused(make, message):
+def test_values_that_cannot_be_used_are_rejected(make, message):
     with pytest.raises(PilegraspError, match=message):
         make()
 
 
-def test_a_simulation_prints_as_one_line():
+def test_a_simulation_prints_on_one_line():
     assert repr(ArmSimulation(load("panda"))) == "ArmSimulation('panda', nv=7, substeps=2)"

@@ -41,7 +41,7 @@ def test_the_operational_space_loop_is_its_transfer_function(arm, ratio, axis):
     assert response.active_limits == ()
 
 
-def test_velocity_and_acceleration_fed_forward_leave_nothing_of_the_lag(arm):
+def test_feed_forward_of_velocity_and_acceleration_removes_the_lag(arm):
     response = frequency_response(
         arm, controller(arm), HOME[arm.name], 2, [1.0, 3.1], feedforward=True, rate=RATE, amplitude=0.002
     )
@@ -54,7 +54,7 @@ def of(gain, frequency=(1.0, 2.0, 4.0, 8.0)):
     return FrequencyResponse(np.array(frequency), np.array(gain), -ones, 0.0 * ones, 0.01, (), 0)
 
 
-def test_the_bandwidth_is_where_three_decibels_are_lost():
+def test_the_bandwidth_is_the_frequency_at_minus_three_decibels():
     assert of(10.0 ** (-np.array([0.0, 2.0, 4.0, 9.0]) / 20.0)).bandwidth == pytest.approx(np.sqrt(8.0))
     assert of([1.0, 0.9, 0.9, 0.8]).bandwidth == np.inf
     assert of([0.6, 0.9, 0.9, 0.8]).bandwidth == 0.0
@@ -66,7 +66,7 @@ def test_the_resonance_is_the_largest_gain():
 
 
 def test_the_bandwidth_of_a_critically_damped_loop_is_that_of_the_textbook():
-    """(1 + r²)² = 2 with r = ω / √K."""
+    """The textbook's condition is (1 + r²)² = 2 with r = ω / √K."""
     arm = without_friction("panda")
     response = frequency_response(arm, controller(arm), HOME["panda"], 0, [1.5, 2.0, 2.5], rate=RATE)
     assert response.bandwidth == pytest.approx(np.sqrt(STIFFNESS * (np.sqrt(2.0) - 1.0)) / (2.0 * np.pi), rel=0.02)
@@ -80,7 +80,7 @@ def test_frequencies_are_sorted_and_the_default_amplitude_is_small():
     assert response.amplitude == 0.02
 
 
-def test_friction_distorts_and_a_larger_swing_less():
+def test_friction_distorts_a_large_oscillation_less_than_a_small_one():
     arm, q = load("wam7"), HOME["wam7"]
     loop = OperationalSpaceController(arm, posture=q, friction=False)
     small, large = (frequency_response(arm, loop, q, 1, [1.0], amplitude=size, periods=2) for size in (0.01, 0.04))
@@ -91,7 +91,7 @@ def test_friction_distorts_and_a_larger_swing_less():
     assert small.gain[0] < large.gain[0] < none.gain[0]
 
 
-def test_limits_that_bind_are_named():
+def test_active_limits_are_named():
     arm = without_friction("panda")
     response = frequency_response(
         arm, controller(arm), HOME["panda"], 1, [10.0], amplitude=0.03, feedforward=True, rate=RATE
@@ -111,7 +111,7 @@ def test_limits_that_bind_are_named():
         ({"periods": 0}, "periods = 0"),
     ],
 )
-def test_a_swing_that_cannot_be_made_is_refused(arguments, message):
+def test_an_oscillation_that_cannot_be_made_is_rejected(arguments, message):
     arm = without_friction("panda")
     with pytest.raises(ConfigurationError, match=message):
         frequency_response(arm, controller(arm), HOME["panda"], **{"rate": RATE, **arguments})

@@ -27,7 +27,7 @@ def controller(arm, ratio=1.0, stiffness=STIFFNESS):
 
 
 def textbook(time, ratio):
-    """Error over step of a unit mass on spring and damper that starts at rest."""
+    """Return error over step of a unit mass on spring and damper that starts at rest."""
     w = np.sqrt(STIFFNESS)
     if ratio == 1.0:
         return (1.0 + w * time) * np.exp(-w * time)
@@ -43,7 +43,7 @@ def textbook(time, ratio):
     ids=["shift", "turn"],
 )
 def test_the_operational_space_loop_is_the_second_order_system_of_the_textbook(arm, ratio, step):
-    """The held torque acts half a period late, which takes K T / 2 off the damping: 1 % at 1 kHz."""
+    """The held torque acts half a period late, which reduces the damping by K T / 2: 1 % at 1 kHz."""
     response = step_response(arm, controller(arm, ratio), HOME[arm.name], rate=RATE, **step)
     size = np.linalg.norm(response.step)
     along = response.error @ response.step / size**2
@@ -73,8 +73,8 @@ def test_without_friction_the_steady_state_is_within_a_tenth_of_a_millimetre(arm
     assert response.steady_state_error[1] < 1e-4
 
 
-def test_a_payload_sags_by_its_weight_over_inertia_and_gain(arm):
-    """At rest K e = J M⁻¹ Jᵀ weight; a light one, so that the arm keeps the posture at which that is evaluated."""
+def test_a_payload_lowers_the_tool_by_its_weight_over_inertia_and_gain(arm):
+    """At rest K e = J M⁻¹ Jᵀ weight. The payload is light, so that the arm keeps the posture of this formula."""
     q, weight = HOME[arm.name], np.array([0.0, 0.0, 0.05 * 9.81, 0.0, 0.0, 0.0])
     loop = OperationalSpaceController(arm, MotionGains(STIFFNESS), PostureTask(q, weight=1e-8), rate=RATE)
     loaded = ArmSimulation(arm, payload=0.05)
@@ -86,7 +86,7 @@ def test_a_payload_sags_by_its_weight_over_inertia_and_gain(arm):
     assert response.settling_time == np.inf
 
 
-def test_limits_bend_the_response_and_are_named(arm):
+def test_active_limits_change_the_response_and_are_named(arm):
     small, large = (
         step_response(arm, controller(arm), HOME[arm.name], displacement=(0.0, size, 0.0), rate=RATE, duration=2.0)
         for size in (0.005, 0.4)
@@ -97,7 +97,7 @@ def test_limits_bend_the_response_and_are_named(arm):
     assert small.torque_share < large.torque_share <= 1.0 + 1e-9
 
 
-def test_what_does_not_arrive_has_no_rise_and_no_settling_time(arm):
+def test_a_response_that_does_not_arrive_has_infinite_rise_and_settling_times(arm):
     short = step_response(arm, controller(arm), HOME[arm.name], duration=0.05, rate=RATE)
     assert short.rise_time == short.settling_time == np.inf
     assert short.overshoot == 0.0
@@ -105,7 +105,7 @@ def test_what_does_not_arrive_has_no_rise_and_no_settling_time(arm):
     assert barely.rise_time == np.inf
 
 
-def test_of_a_step_that_shifts_and_turns_the_worse_part_counts(arm):
+def test_the_worse_part_counts_for_a_step_in_position_and_orientation(arm):
     gains = MotionGains([400.0] * 3 + [100.0] * 3)
     loop = OperationalSpaceController(arm, gains, posture=HOME[arm.name], rate=RATE)
     both = step_response(
@@ -116,14 +116,14 @@ def test_of_a_step_that_shifts_and_turns_the_worse_part_counts(arm):
     assert both.rise_time == pytest.approx(turn.rise_time, rel=0.02)
 
 
-def test_an_impedance_answers_too(arm):
+def test_an_impedance_controller_has_a_step_response_too(arm):
     impedance = ImpedanceController(arm, Impedance([400.0] * 3 + [30.0] * 3), HOME[arm.name], rate=RATE)
     response = step_response(arm, impedance, HOME[arm.name], displacement=(0.0, 0.0, 0.005), rate=RATE)
     assert response.settling_time < 1.0
     assert response.overshoot < 0.05
 
 
-def test_joint_friction_keeps_the_tool_from_its_goal():
+def test_joint_friction_leaves_a_steady_state_error():
     arm, q = load("wam7"), HOME["wam7"]
     compensated, plain = (
         step_response(arm, OperationalSpaceController(arm, posture=q, friction=on), q) for on in (True, False)
@@ -137,7 +137,7 @@ def test_joint_friction_keeps_the_tool_from_its_goal():
     assert ideal.steady_state_error[0] < 1e-4 < compensated.steady_state_error[0] < plain.steady_state_error[0]
 
 
-def test_the_arrays_are_those_of_the_periods(arm):
+def test_the_arrays_have_one_row_per_control_period(arm):
     response = step_response(arm, controller(arm), HOME[arm.name], duration=0.1, rate=RATE)
     assert response.time.shape == (100,)
     assert response.error.shape == (100, 6)
@@ -156,7 +156,7 @@ def test_the_arrays_are_those_of_the_periods(arm):
         ({"q": np.zeros(3)}, ModelError, "shape"),
     ],
 )
-def test_a_step_that_cannot_be_made_is_refused(arguments, error, message):
+def test_a_step_that_cannot_be_made_is_rejected(arguments, error, message):
     arm = without_friction("panda")
     with pytest.raises(error, match=message):
         step_response(**{"arm": arm, "controller": controller(arm), "q": HOME["panda"], **arguments})

@@ -1,4 +1,4 @@
-"""A controller on a simulated arm follows its reference, and what bound is told."""
+"""A controller on a simulated arm tracks its reference, and active limits are reported."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def arm(request):
 
 @pytest.mark.parametrize("path", ["line", "arc"])
 def test_without_friction_a_path_at_a_tenth_of_a_metre_per_second_is_tracked(arm, path):
-    """What is left is the posture's share in the program; it pulls more the further the arm is from its posture."""
+    """The remaining error is the pull of the posture, which grows with the distance from it."""
     q = HOME[arm.name]
     start = arm.update(q, np.zeros(arm.nv)).pose
     if path == "line":
@@ -41,7 +41,7 @@ def test_a_turning_arc_is_tracked(arm):
     assert np.abs(done.error).max() < 1.5e-4
 
 
-def test_limits_are_told_with_the_time_at_which_they_bound():
+def test_active_limits_are_reported_from_a_given_time_on():
     arm, q = without_friction("panda"), HOME["panda"]
     line = StraightLine(arm.update(q, np.zeros(7)).pose, [0.0, 0.3, 0.0], 2.0, acceleration=40.0)
     done = simulate_tracking(ArmSimulation(arm), OperationalSpaceController(arm, posture=q), line.at, q, 2.0)

@@ -1,4 +1,4 @@
-"""Each primitive alone: its reference continues the last one, and its events come from the wrench only."""
+"""Each primitive continues the last reference, and ends by events that it takes from its inputs."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ PRIMITIVES = [
 
 
 @pytest.mark.parametrize("primitive", PRIMITIVES, ids=lambda primitive: primitive.name)
-def test_the_reference_continues_where_the_last_one_was_and_never_jumps(primitive):
+def test_the_reference_continues_from_the_last_one_and_never_jumps(primitive):
     active = primitive.begin(inputs(3.0), still())
     setpoints = [active.setpoint(inputs(3.0 + 0.002 * k)) for k in range(3000)]
     np.testing.assert_allclose(setpoints[0].reference.pose.translation, HERE.translation, atol=1e-12)
@@ -84,7 +84,7 @@ def test_push_triggers_on_the_force_along_the_push_relative_to_its_start():
     assert "never reached" in late.trigger
 
 
-def test_push_slides_below_the_touch_down_and_asks_for_its_normal_force():
+def test_push_slides_below_touch_down_and_asks_for_its_normal_force():
     touch = HERE.moved([0.0, 0.0, -0.24])
     active = Push(X, 0.1, 17.0, 0.3, 0.006, 5.0, 0.0).begin(inputs(0.0, touch), still(HERE.moved([0.0, 0.0, -0.245])))
     middle = active.setpoint(inputs(active.path.duration - 0.5 * active.path.lines[1].duration, touch))
@@ -99,7 +99,7 @@ def test_push_sinks_slowly_to_the_press_depth():
     assert min(speeds) == pytest.approx(-0.04)
 
 
-def test_grasp_closes_and_follows_what_gives_way():
+def test_grasp_closes_and_follows_objects_that_yield():
     active = Grasp(2.0, X, 0.1, 17.0, 0.03).begin(inputs(1.0, force=(-20.0, 0.0, 0.0)), still())
     held = active.setpoint(inputs(1.0, force=(-20.0, 0.0, 0.0)))
     assert held.closure == 1.0
@@ -115,7 +115,7 @@ def test_grasp_closes_and_follows_what_gives_way():
     assert active.ending(inputs(3.0)).trigger == "closed"
 
 
-def test_scoop_tilts_about_its_heel_which_is_not_pressed_into_the_table():
+def test_scoop_tilts_about_its_heel_without_pressing_it_into_the_table():
     slope, angle, length = 0.17, 0.8, 0.11
     edge = Pose([0.9, 0.0, 0.0], tool_rotation(0.0, slope))
     active = Scoop(angle, length, slope).begin(inputs(0.0, edge), still(edge))
@@ -157,7 +157,7 @@ def test_a_motion_fails_that_ends_more_than_five_centimetres_from_its_goal(primi
     assert active.ending(inputs(late, end.moved([0.0, 0.0, -0.051]))).failed
 
 
-def test_lift_leaves_the_support_before_it_rises():
+def test_lift_backs_off_diagonally_before_it_rises():
     pressed = HERE.moved(0.05 * X)
     active = Lift(0.2, 0.12, 1.0, back=-0.06 * X).begin(inputs(0.0), still(pressed))
     away, up = (active.path.lines[k].displacement for k in (0, 1))
@@ -179,7 +179,7 @@ def test_carry_rises_to_the_height_of_its_goal_before_it_crosses():
     np.testing.assert_allclose(active.path.end.rotation, CRATE.rotation, atol=1e-9)
 
 
-def test_carry_backs_off_from_where_the_hand_is_and_not_from_where_the_reference_is():
+def test_carry_backs_off_from_the_hand_rather_than_from_the_reference():
     active = Carry(CRATE, 0.25, 1.0).begin(inputs(0.0, IN_BIN.moved([-0.02, 0.0, 0.0])), still(IN_BIN))
     assert active.path.lines[0].end.translation[0] == pytest.approx(0.9 - 0.02 - 0.06)
 
@@ -190,7 +190,7 @@ def test_carry_at_the_height_of_its_goal_goes_straight():
     assert len(active.path.lines) == 1
 
 
-def test_release_opens_the_hand_and_stays():
+def test_release_opens_the_hand_and_stays_in_place():
     active = Release(1.0).begin(inputs(0.0, CRATE), still(CRATE, 1.0))
     setpoint = active.setpoint(inputs(0.4, CRATE))
     assert setpoint.closure == 0.0

@@ -19,7 +19,7 @@ EXACT = 1e-9
 
 
 def random_program(seed: int, n: int = 7, tight: float = 1.0) -> QuadraticProgram:
-    """A program of the controllers' shape: six stiff rows, a weak posture, and always feasible around some point."""
+    """Return a feasible program of the controllers' shape: six stiff rows and a weak posture."""
     rng = np.random.default_rng(seed)
     J = rng.normal(size=(6, n))
     H = J.T @ J + 1e-4 * np.eye(n)
@@ -33,7 +33,7 @@ def random_program(seed: int, n: int = 7, tight: float = 1.0) -> QuadraticProgra
 
 
 def least_distance(problem: QuadraticProgram) -> np.ndarray:
-    """The optimum by Lawson and Hanson's least distance programming: an algorithm and a code of its own."""
+    """Return the optimum by Lawson and Hanson's least distance programming, an independent algorithm."""
     n = len(problem.f)
     L = np.linalg.cholesky(problem.H)
     shift = np.linalg.solve(L, problem.f)
@@ -66,7 +66,7 @@ def test_the_optimum_is_found_and_every_bound_held(solver, tight):
     assert active > 0
 
 
-def test_an_independent_judge_finds_no_residuals():
+def test_qpsolvers_confirms_that_residuals_and_duality_gap_vanish():
     """qpsolvers computes primal and dual residuals and the duality gap from the problem and multipliers."""
     problem = random_program(3)
     solution = qp.solve(problem, make_solver("daqp"))
@@ -95,7 +95,7 @@ def test_without_bounds_the_answer_is_the_minimum(solver):
 
 
 def contradiction() -> QuadraticProgram:
-    """Bounds on x that no x with G x within its own bounds can meet."""
+    """Return a program whose bounds on x contradict those on G x."""
     problem = random_program(2)
     n = len(problem.f)
     lower, upper = problem.lower.copy(), problem.upper.copy()
@@ -104,7 +104,7 @@ def contradiction() -> QuadraticProgram:
     return problem._replace(lower=lower, upper=upper)
 
 
-def test_if_bounds_contradict_the_rows_the_bounds_give_way_and_the_rows_hold(solver):
+def test_if_bounds_contradict_the_rows_the_bounds_are_softened_and_the_rows_hold(solver):
     problem = contradiction()
     n = len(problem.f)
     solution = qp.solve(problem, solver)
@@ -113,7 +113,7 @@ def test_if_bounds_contradict_the_rows_the_bounds_give_way_and_the_rows_hold(sol
     assert (solution.slack[:, n:] >= -qp.FEASIBILITY).all()
 
 
-def test_softened_bounds_are_exceeded_in_least_squares(solver):
+def test_softened_bounds_are_exceeded_by_a_least_squares_amount(solver):
     problem = contradiction()
     np.testing.assert_allclose(qp.solve(problem, solver).x, least_distance(problem.softened())[:7], atol=1e-6)
 
@@ -125,10 +125,10 @@ def test_a_feasible_program_is_not_softened(solver):
     assert np.abs(soft - least_distance(problem)).max() > 1e-6
 
 
-class Liar:
-    """Says it has solved the problem."""
+class WrongSolver:
+    """A solver that returns a wrong answer as solved."""
 
-    name = "liar"
+    name = "wrong"
 
     def __init__(self, answer):
         self.answer = answer
@@ -139,9 +139,9 @@ class Liar:
 
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
 @pytest.mark.parametrize("answer", [10.0, 1e9, np.nan, np.inf, None])
-def test_an_answer_is_judged_by_its_residuals(answer):
-    with pytest.raises(SolverError, match="liar found no accelerations within the torque limits"):
-        qp.solve(random_program(0), Liar(answer))
+def test_an_answer_is_accepted_by_its_residuals_not_by_the_solver_s_status(answer):
+    with pytest.raises(SolverError, match="wrong found no accelerations within the torque limits"):
+        qp.solve(random_program(0), WrongSolver(answer))
 
 
 @pytest.mark.parametrize(
@@ -198,8 +198,8 @@ def test_equal_bounds_are_an_equation(solver, rows):
 
 
 @pytest.mark.parametrize("factor", [1e-6, 1e-3, 1e3, 1e6, 1e9])
-def test_the_units_do_not_matter(solver, factor):
-    """Accelerations, costs or some rows in units that are up to 1e9 larger or smaller."""
+def test_the_optimum_does_not_depend_on_the_units(solver, factor):
+    """The units of accelerations, costs or some rows are up to 1e9 larger or smaller."""
     for seed in range(4, 8):
         problem = random_program(seed, tight=0.3)
         x = least_distance(problem)
@@ -213,7 +213,7 @@ def test_the_units_do_not_matter(solver, factor):
             np.testing.assert_allclose(solver.solve(other) / unit, x, atol=EXACT * np.abs(x).max())
 
 
-def test_a_program_that_is_no_least_distance_has_none():
+def test_an_indefinite_or_infeasible_program_has_no_least_distance_form():
     problem = random_program(0)
     assert LeastDistanceProgram.from_problem(problem._replace(H=-problem.H)) is None
     assert LeastDistanceProgram.from_problem(problem._replace(lower=problem.upper + 1.0)) is None
@@ -227,13 +227,13 @@ def test_crossed_bounds_on_the_rows_are_an_error(solver):
         qp.solve(problem._replace(upper=upper), solver)
 
 
-def test_an_unknown_solver_is_named_with_those_that_exist():
+def test_an_unknown_solver_is_named_with_the_known_ones():
     with pytest.raises(ConfigurationError, match="no solver 'gurobi'; the solvers are daqp, osqp, proxqp, quadprog"):
         make_solver("gurobi")
 
 
 @pytest.mark.parametrize("name", qp_programs.OPTIONAL)
-def test_a_solver_that_is_not_installed_says_how_to_install_it(name, monkeypatch):
+def test_the_error_for_a_missing_package_says_how_to_install_it(name, monkeypatch):
     monkeypatch.setitem(sys.modules, qp_programs.OPTIONAL[name], None)
     monkeypatch.delitem(sys.modules, f"pilegrasp_ctrl.qp.{name}_solver", raising=False)
     with pytest.raises(ConfigurationError, match=rf"pip install 'pilegrasp\[{name}\]'$") as caught:
@@ -245,7 +245,7 @@ def test_a_scenario_may_name_every_solver():
     assert get_args(ControllerConfig.model_fields["solver"].annotation) == qp.SOLVERS
 
 
-def test_osqp_prints_nothing(capfd):
+def test_osqp_prints_nothing_to_standard_output(capfd):
     solver = make_solver("osqp")
     for seed in range(3):
         qp.solve(random_program(seed, tight=10.0), solver)

@@ -1,4 +1,4 @@
-"""Programs of closed loops whose optima are proved: every solver finds them."""
+"""Every solver finds the proved optima of programs that closed loops recorded."""
 
 from itertools import islice
 
@@ -28,7 +28,7 @@ def of_kind(kind: str):
 
 
 def accuracy(problem: QuadraticProgram) -> float:
-    """What a backward stable method can promise: 100 round-offs of the optimum's own sensitivity, at most 1e-6."""
+    """Return the accuracy of a backward stable method: 100 round-offs of the optimum's sensitivity, at most 1e-6."""
     return min(1e-6, 100.0 * np.finfo(float).eps * np.linalg.cond(problem.H))
 
 
@@ -49,7 +49,7 @@ def test_every_recorded_program_is_solved_exactly_and_softened_only_where_it_mus
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_solver_says_itself_that_there_is_no_solution(solver, kind):
+def test_a_solver_reports_that_there_is_no_solution(solver, kind):
     for program in of_kind(kind):
         assert (solver.solve(program.problem) is None) == (kind == "infeasible")
 
@@ -71,7 +71,7 @@ def test_the_recorded_answers_are_proved_without_rounding():
         assert qp_programs.kkt_residual(problem, x, multipliers) < 1e-12, "run `python tests/helpers/qp_programs.py`"
 
 
-def test_a_wrong_answer_is_not_proved():
+def test_the_proof_fails_for_a_wrong_answer():
     program = of_kind("torque")[0]
     shifted = program.x + 1e-9 * np.abs(program.x).max()
     assert qp_programs.kkt_residual(program.problem, shifted, program.multipliers) > 1e-11
@@ -86,7 +86,7 @@ def test_the_exact_answer_does_not_depend_on_the_guess_of_the_active_set():
         np.testing.assert_array_equal(multipliers.astype(float), program.multipliers)
 
 
-def test_the_recorded_programs_are_what_they_are_called():
+def test_the_recorded_programs_have_the_properties_in_their_names():
     assert {(program.arm, program.kind) for program in PROGRAMS} == {(arm, kind) for arm in ARMS for kind in KINDS}
     assert all(len(of_kind(kind)) == 2 * qp_programs.COUNT for kind in KINDS)
     for program in PROGRAMS:
@@ -99,7 +99,7 @@ def test_the_recorded_programs_are_what_they_are_called():
     assert any(not np.allclose(program.problem.G, program.problem.G.T) for program in PROGRAMS)
 
 
-def test_answers_are_the_same_bits_whatever_was_solved_before(solver):
+def test_answers_are_the_same_bits_regardless_of_earlier_programs(solver):
     problems = [program.problem for program in PROGRAMS[::3]]
     problems += [program.problem.softened() for program in of_kind("infeasible")]
     first = [solver.solve(problem) for problem in problems]
@@ -130,8 +130,8 @@ def test_any_guess_of_the_active_set_leads_to_the_same_bits():
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_a_pushed_arm_is_driven_alike_by_every_solver(solver, name):
-    """Weak drives, overpowered from outside: programs of every kind, and no period without an answer."""
+def test_every_solver_drives_a_pushed_arm_in_the_same_way(solver, name):
+    """Pushes overpower weak drives, so programs of every kind occur; every period has an answer."""
     true = load(name)
     arm = without_friction(name, torque_limit=0.3 * true.torque_limit, velocity_limit=0.3 * true.velocity_limit)
     push = 0.3 * true.torque_limit * np.array([1.0, -1.0, 1.0, 1.0, -1.0, 1.0, -1.0])
@@ -153,8 +153,8 @@ def test_a_pushed_arm_is_driven_alike_by_every_solver(solver, name):
 
 
 @pytest.mark.parametrize("name", ["osqp", "proxqp"])
-def test_what_a_package_finds_is_the_active_set_or_nearly_so(name, monkeypatch):
-    """Completing it takes no step or few; without a guess there are many."""
+def test_a_package_nearly_finds_the_active_set(name, monkeypatch):
+    """The exact method takes few steps from that guess or none; without a guess it takes many."""
     solver, steps = qp_programs.installed(name), []
     add = WorkingSet.add
     monkeypatch.setattr(WorkingSet, "add", lambda *arguments: steps.append(1) or add(*arguments))

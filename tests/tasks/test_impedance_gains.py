@@ -1,4 +1,4 @@
-"""Gains of an impedance: what may be written, along which axes they act, and which the sampled loop can hold."""
+"""Gains of an impedance: allowed values, the axes along which they act, and stability of the sampled loop."""
 
 import numpy as np
 import pinocchio as pin
@@ -37,14 +37,14 @@ STIFF = Impedance([2500.0] * 3 + [120.0] * 3)
         (f"stiffness = 1{'0' * 400}", "stiffness = 1000"),
     ],
 )
-def test_a_value_that_is_no_gain_is_named(tmp_path, text, message):
+def test_an_error_names_the_value_that_is_not_a_gain(tmp_path, text, message):
     file = tmp_path / "gains.toml"
     file.write_text(f"[impedance]\n{text}\n", encoding="utf-8")
     with pytest.raises(ConfigurationError, match=message):
         load_gains(file)
 
 
-def test_booleans_are_no_motion_gains():
+def test_booleans_are_rejected_as_motion_gains():
     for arguments in ({"stiffness": True}, {"stiffness": 1.0, "damping_ratio": True}):
         with pytest.raises(ConfigurationError, match="True must be"):
             MotionGains(**arguments)
@@ -67,7 +67,7 @@ def test_the_preset_holds_the_published_numbers_under_our_names_of_the_axes():
 
 
 def motion(inertia, damping, stiffness, force, times):
-    """x(t) of inertia x'' + damping x' + stiffness x = force from rest, overdamped."""
+    """Return the overdamped x(t) of inertia x'' + damping x' + stiffness x = force from rest."""
     root = np.sqrt(damping**2 - 4.0 * inertia * stiffness)
     slow, fast = (-damping + root) / (2.0 * inertia), (-damping - root) / (2.0 * inertia)
     if stiffness == 0.0:
@@ -110,7 +110,7 @@ def test_without_a_damping_ratio_only_explicit_damping_acts(name):
 
 
 def spring_force(arm, controller, displacement):
-    """Force (6,) on the tool when the reference is displaced."""
+    """Return the force (6,) on the tool for a displaced reference."""
     state = home(arm)
     observation = Observation(0.0, state.q, state.v)
     torques = [
@@ -151,8 +151,8 @@ def test_a_mask_frees_an_axis_of_the_frame(frame):
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_the_spring_s_force_comes_through_the_transposed_jacobian(name):
-    """So that a push at the tool and the spring's answer cancel in every joint."""
+def test_springs_act_on_the_joints_through_the_transposed_jacobian(name):
+    """A push at the tool and the spring's answer therefore cancel in every joint."""
     arm = without_friction(name)
     state, gains = home(arm), Impedance([400.0] * 3 + [30.0] * 3)
     controller = ImpedanceController(arm, gains, HOME[name], limits=())
@@ -164,8 +164,8 @@ def test_the_spring_s_force_comes_through_the_transposed_jacobian(name):
     np.testing.assert_allclose(output.command.torque - here.command.torque, state.J.T @ force, atol=0.02)
 
 
-def test_a_twist_of_the_light_wrist_is_held_and_leaves_the_shoulder_alone():
-    """Half a newton metre at the bare flange: 1000 rad/s² for the last joint alone, and far within its torque."""
+def test_a_torque_on_the_light_wrist_is_resisted_without_moving_the_shoulder():
+    """The torque is 0.5 N·m at the bare flange: 1000 rad/s² for the last joint alone, and far within its limit."""
     arm = without_friction("wam7")
     start = home(arm)
     controller = ImpedanceController(arm, Impedance([400.0] * 3 + [30.0] * 3), HOME["wam7"])
@@ -185,8 +185,8 @@ def test_a_twist_of_the_light_wrist_is_held_and_leaves_the_shoulder_alone():
 
 @pytest.mark.parametrize("make", [without_friction, load])
 @pytest.mark.parametrize("name", ARMS)
-def test_a_target_out_of_reach_breaks_no_limit(name, make):
-    """Pulled half a metre away by stiff springs, into the limits of speed, of torque and, on the WAM, of position."""
+def test_a_target_out_of_reach_exceeds_no_limit(name, make):
+    """Stiff springs pull half a metre away, into the limits of speed, of torque and, on the WAM, of position."""
     arm = make(name)
     start, outputs = home(arm), []
     controller = ImpedanceController(arm, Impedance([4000.0] * 3 + [80.0] * 3), HOME[name])
@@ -227,7 +227,7 @@ def test_the_sampled_loop_diverges_beyond_the_stiffness_margin(name, share, dive
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 1.4])
-def test_a_damping_ratio_allows_a_frequency(ratio):
+def test_the_damping_ratio_determines_the_largest_stable_frequency(ratio):
     arm = without_friction("panda")
     gains = Impedance(STIFF.stiffness, ratio)
     mobility = tool_mobility(arm, gains, HOME["panda"])
@@ -237,15 +237,15 @@ def test_a_damping_ratio_allows_a_frequency(ratio):
     assert stiffness_margin(arm, gains, HOME["panda"], 1000.0) == pytest.approx(4.0 * margin, rel=1e-5)
 
 
-def test_dampers_alone_have_no_stiffness_limit_but_their_own():
+def test_dampers_alone_have_their_own_stability_limit():
     arm = without_friction("panda")
     viscous = Impedance(0.0, damping=[40.0] * 3 + [2.0] * 3)
     assert stiffness_margin(arm, viscous, HOME["panda"]) == np.inf
     assert stiffness_margin(arm, Impedance(1.0, damping=1e5), HOME["panda"]) == 0.0
 
 
-def test_springs_too_stiff_for_the_rate_are_refused_and_the_named_stiffness_is_accepted():
-    """The shipped springs on the bare flange, whose last joint has the inertia of a few coins."""
+def test_springs_too_stiff_for_the_rate_are_rejected_and_the_suggested_stiffness_is_accepted():
+    """These are the shipped springs on the bare flange, whose last joint has the inertia of a few coins."""
     arm = load("wam7")
     with pytest.raises(ConfigurationError, match=r"too stiff for wam7 at 500 Hz.*take at most 0\.791 of its stiffness"):
         ImpedanceController(arm, STIFF, HOME["wam7"])
@@ -259,12 +259,12 @@ def test_springs_too_stiff_for_the_rate_are_refused_and_the_named_stiffness_is_a
     ("stiffness", "message"),
     [(np.eye(3), "shape"), (np.triu(np.ones((6, 6))), "symmetric"), (-np.eye(6), "eigenvalue")],
 )
-def test_a_matrix_that_is_no_spring_is_refused(stiffness, message):
+def test_an_unusable_stiffness_matrix_is_rejected(stiffness, message):
     with pytest.raises(ConfigurationError, match=message):
         ImpedanceController(load("panda"), STIFF, stiffness=stiffness)
 
 
-def test_a_force_gain_needs_the_controller_that_remembers():
+def test_a_force_gain_needs_the_controller_with_a_memory():
     with pytest.raises(ConfigurationError, match="force_gain needs a memory: use ContactImpedanceController"):
         ImpedanceController(load("panda"), Impedance(400.0, force_gain=2.0))
 

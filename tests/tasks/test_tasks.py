@@ -20,7 +20,7 @@ def at_home(arm, v=None):
     return arm.update(HOME[arm.name], np.zeros(arm.nv) if v is None else v)
 
 
-def test_the_pose_error_is_what_moves_the_tool_onto_its_reference(arm):
+def test_the_pose_error_moves_the_tool_onto_its_reference(arm):
     state = at_home(arm)
     shift, turn = np.array([0.03, -0.02, 0.01]), np.array([0.2, -0.4, 0.1])
     reference = Reference(Pose(state.translation + shift, pin.exp3(turn) @ state.rotation))
@@ -29,7 +29,7 @@ def test_the_pose_error_is_what_moves_the_tool_onto_its_reference(arm):
 
 @pytest.mark.parametrize("angle", [179.0, 179.999, 180.0, 180.001, 181.0])
 @pytest.mark.parametrize("axis", [[0, 0, 1], [1, 0, 0], [-1, 2, 2], [0, -1, 1]])
-def test_the_turn_is_the_shortest_one_and_changes_its_sense_beyond_half_a_turn(angle, axis):
+def test_the_rotation_error_is_the_shortest_and_changes_its_sense_beyond_half_a_turn(angle, axis):
     state, axis = at_home(load("panda")), np.array(axis) / np.linalg.norm(axis)
     reference = Reference(Pose(state.translation, pin.exp3(np.radians(angle) * axis) @ state.rotation))
     turn = pose_error(state, reference)[3:]
@@ -39,8 +39,8 @@ def test_the_turn_is_the_shortest_one_and_changes_its_sense_beyond_half_a_turn(a
         assert turn @ axis > 0.0 if angle < 180.0 else turn @ axis < 0.0
 
 
-def test_a_rotation_that_is_not_quite_one_still_gives_a_turn():
-    """A pose may be off by 1e-6, as after many products; half a turn is where a logarithm is most sensitive."""
+def test_a_rotation_with_round_off_still_gives_an_error_vector():
+    """After many products a pose may be off by 1e-6, and the logarithm is most sensitive at half a turn."""
     state, rng = at_home(load("panda")), np.random.default_rng(0)
     for angle in (0.0, 1e-8, np.pi - 1e-8, np.pi):
         for _ in range(20):
@@ -120,7 +120,7 @@ def test_the_posture_rows_are_a_damped_spring_and_can_be_retargeted():
 
 
 def test_impedance_damping_gives_every_mode_the_same_ratio(arm):
-    """The roots of Lambda s² + D s + K, from its companion matrix, against ratio and the undamped frequencies."""
+    """The roots of Lambda s² + D s + K come from its companion matrix."""
     ratio = 0.7
     task = ImpedanceTask(Impedance([300.0, 500.0, 200.0, 20.0, 30.0, 10.0], damping_ratio=ratio))
     state = at_home(arm)
@@ -134,7 +134,7 @@ def test_impedance_damping_gives_every_mode_the_same_ratio(arm):
     np.testing.assert_allclose(-roots.real / np.abs(roots), ratio, rtol=1e-5)
 
 
-def test_an_axis_without_spring_is_damped_by_its_own_damper_alone(arm):
+def test_an_axis_without_a_spring_is_damped_only_by_its_explicit_damper(arm):
     task = ImpedanceTask(Impedance([300.0, 0.0, 300.0, 20.0, 20.0, 0.0], damping=[0, 40.0, 0, 0, 0, 2.0]))
     state = at_home(arm)
     D = task.damping(state.J @ np.linalg.inv(state.M) @ state.J.T)
@@ -154,7 +154,7 @@ def test_a_stretched_straight_arm_still_has_finite_damping():
     assert np.abs(wanted).max() < 1e4
 
 
-def test_a_shaped_inertia_replaces_that_of_the_arm():
+def test_a_shaped_inertia_replaces_the_inertia_of_the_arm():
     arm = load("panda")
     state = at_home(arm)
     task = ImpedanceTask(Impedance([100.0] * 6, inertia=[20.0, 20.0, 5.0, 0.3, 0.3, 0.3]))
@@ -164,7 +164,7 @@ def test_a_shaped_inertia_replaces_that_of_the_arm():
     np.testing.assert_allclose(wanted, [4.0 / 20.0, 0.0, 100.0 * 0.1 / 5.0, 0.0, 0.0, 0.0], atol=1e-9)
 
 
-def test_gains_of_the_wrong_kind_are_refused():
+def test_gains_of_the_wrong_kind_are_rejected():
     with pytest.raises(GainsError, match=r"MotionGains in 1/s², not Impedance"):
         FrameMotionTask(Impedance(500.0))
     with pytest.raises(GainsError, match=r"Impedance in N/m.*not MotionGains"):
@@ -172,14 +172,14 @@ def test_gains_of_the_wrong_kind_are_refused():
 
 
 @pytest.mark.parametrize("weight", [-1.0, np.nan, 0.0, np.inf])
-def test_unusable_weights_are_refused(weight):
+def test_unusable_weights_are_rejected(weight):
     with pytest.raises(ArgumentError, match="weight"):
         FrameTask(weight)
 
 
 @pytest.mark.parametrize("argument", ["stiffness", "damping_ratio", "weight"])
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
-def test_unusable_posture_gains_are_refused(argument, value):
+def test_unusable_posture_gains_are_rejected(argument, value):
     with pytest.raises(ConfigurationError, match=argument):
         PostureTask(np.zeros(7), **{argument: value})
 
@@ -209,7 +209,7 @@ def test_gains_take_a_number_or_six_and_are_read_only():
         (Impedance, {"stiffness": 1.0, "dead_band": [-1.0, 0.0]}, "dead_band"),
     ],
 )
-def test_unusable_gains_are_refused(kind, arguments, message):
+def test_unusable_gains_are_rejected(kind, arguments, message):
     with pytest.raises(ConfigurationError, match=message):
         kind(**arguments)
 
@@ -240,14 +240,14 @@ def test_gains_are_read_from_a_file(tmp_path):
         ("[motion", "not valid TOML"),
     ],
 )
-def test_a_file_of_gains_that_cannot_be_used_is_refused(tmp_path, text, message):
+def test_an_unusable_file_of_gains_is_rejected(tmp_path, text, message):
     file = tmp_path / "gains.toml"
     file.write_text(text)
     with pytest.raises(ConfigurationError, match=message):
         load_gains(file)
 
 
-def test_a_missing_file_of_gains_is_named(tmp_path):
+def test_an_error_names_a_missing_file_of_gains(tmp_path):
     with pytest.raises(ConfigurationError, match=r"none\.toml: no such file"):
         load_gains(tmp_path / "none.toml")
     with pytest.raises(ConfigurationError, match="cannot be read"):

@@ -49,7 +49,7 @@ def test_the_tool_keeps_its_distance_from_the_axis_and_its_height_along_it(arc):
         assert offset @ arc.axis == pytest.approx(0.0, abs=1e-12)
 
 
-def test_it_rests_at_both_ends_and_outside(arc):
+def test_the_reference_rests_at_both_ends_and_outside(arc):
     for time, pose in ((-1.0, START), (0.0, START), (arc.duration, arc.end), (arc.duration + 1.0, arc.end)):
         reference = arc.at(time)
         np.testing.assert_allclose(reference.pose.translation, pose.translation, atol=1e-12)
@@ -58,19 +58,19 @@ def test_it_rests_at_both_ends_and_outside(arc):
         assert not reference.acceleration.any()
 
 
-def test_half_a_circle_ends_on_the_other_side_with_the_orientation_it_had():
+def test_half_a_circle_ends_on_the_other_side_with_the_same_orientation():
     end = ARCS["half"].end
     np.testing.assert_allclose(end.translation, [0.4, 0.1, 0.3], atol=1e-12)
     np.testing.assert_array_equal(end.rotation, START.rotation)
 
 
-def test_the_axis_is_right_handed_and_a_negative_angle_goes_the_other_way():
+def test_a_positive_angle_is_right_handed_and_a_negative_one_left_handed():
     # From -y of the centre, a right-hand turn about x goes down first.
     assert ARCS["half"].at(0.5 * ARCS["half"].duration).pose.translation[2] == pytest.approx(0.2)
     assert ARCS["back"].end.translation[2] == pytest.approx(0.4)
 
 
-def test_a_turning_tool_keeps_its_face_to_the_axis():
+def test_a_turning_tool_keeps_its_orientation_to_the_axis():
     arc = ARCS["turning"]
     before = START.rotation.T @ (START.translation - arc.center)
     for time in np.linspace(0.0, arc.duration, 10):
@@ -78,7 +78,7 @@ def test_a_turning_tool_keeps_its_face_to_the_axis():
         np.testing.assert_allclose(pose.rotation.T @ (pose.translation - arc.center), before, atol=1e-12)
 
 
-def test_the_speed_along_the_arc_is_reached_and_no_more():
+def test_the_speed_along_the_arc_is_reached_and_not_exceeded():
     arc = ARCS["half"]
     speeds = [np.linalg.norm(arc.at(time).twist[:3]) for time in np.linspace(0.0, arc.duration, 501)]
     assert max(speeds) == pytest.approx(0.1)
@@ -91,7 +91,7 @@ def test_a_tool_that_turns_keeps_within_its_angular_speed():
     assert max(np.linalg.norm(arc.at(t).twist[3:]) for t in np.linspace(0.0, arc.duration, 501)) == pytest.approx(0.4)
 
 
-def test_no_angle_takes_no_time():
+def test_an_arc_of_zero_angle_takes_no_time():
     arc = Arc(START, [0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 0.0, 0.1)
     assert arc.duration == 0.0
     np.testing.assert_allclose(arc.at(1.0).pose.translation, START.translation, atol=1e-15)

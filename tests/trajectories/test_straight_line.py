@@ -22,7 +22,7 @@ def line(request):
 
 
 def differentiate(line, time, step=1e-6):
-    """Twist and acceleration at `time` by differences of poses and of twists."""
+    """Return twist and acceleration at `time` from differences of poses and of twists."""
     before, after = line.at(time - step), line.at(time + step)
     linear = (after.pose.translation - before.pose.translation) / (2 * step)
     angular = pin.log3(after.pose.rotation @ before.pose.rotation.T) / (2 * step)
@@ -50,7 +50,7 @@ def test_position_velocity_and_acceleration_are_continuous(line):
     assert np.abs(np.diff(accelerations, axis=0)).max() <= jerk * step * 1.01
 
 
-def test_it_rests_at_both_ends_and_outside(line):
+def test_the_reference_rests_at_both_ends_and_outside(line):
     for time in (-1.0, 0.0):
         np.testing.assert_array_equal(line.at(time).pose.translation, START.translation)
         np.testing.assert_array_equal(line.at(time).pose.rotation, START.rotation)
@@ -102,7 +102,7 @@ def test_a_short_path_lowers_the_speed_and_keeps_the_acceleration():
     assert profile.at(0.5 * profile.duration)[:2] == pytest.approx((0.002, profile.peak_speed))
 
 
-def test_no_motion_takes_no_time():
+def test_a_line_of_zero_length_takes_no_time():
     line = StraightLine(START, [0.0, 0.0, 0.0], 0.1)
     assert line.duration == 0.0
     np.testing.assert_array_equal(line.at(0.0).pose.translation, START.translation)
