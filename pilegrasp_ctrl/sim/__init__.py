@@ -1,1 +1,1 @@
-"""The simulated world: scene, objects, contacts, hand, pile and wrist sensor, all on MuJoCo."""
+"""Simulation with MuJoCo: scene, objects, contacts, hand, pile and wrist sensor."""

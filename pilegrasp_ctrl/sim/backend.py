@@ -1,4 +1,4 @@
-"""The simulated robot and the step of its physics: five methods, which a real robot could offer as well."""
+"""The simulated robot and the step of its physics, behind five methods that a real robot could offer as well."""
 
 from __future__ import annotations
 
@@ -10,27 +10,29 @@ from .scene import Scene
 from .wrist_sensor import WristSensor
 
 DEPTH_JUMP = 3e-4
-"""Growth of the deepest penetration in one step [m], above which the step is computed again, more exactly; chosen."""
+"""Growth of the deepest penetration in one step above which the step is computed again, more exactly [m]; chosen."""
 
 EXACT_TOLERANCE = 1e-10
-"""Tolerance of the collision search in the second computation [m]. MuJoCo's 1e-6 fails on some of the same contacts."""
+"""Tolerance of the collision search in the second computation [m]; chosen. MuJoCo's 1e-6 fails on some of the same
+contacts."""
 
 EXACT_ITERATIONS = 200
-"""Iterations of the collision search in the second computation [-]. MuJoCo's 35 fail on some of the same contacts."""
+"""Iterations of the collision search in the second computation [-]; chosen. MuJoCo's 35 fail on some of the same
+contacts."""
 
 
 class Stepper:
     """Advances a simulation step by step, and computes steps with suspicious contacts again.
 
-    MuJoCo's search for several contacts (4.0) reports two cylinders that touch along their flanks as centimetres deep,
-    once in some ten thousand steps, and would throw them apart. Without the search a flat end rests on a single point,
-    and slips and bounces as it should not. Therefore a step in which the deepest contact has become deeper by a jump is
-    computed again, one contact at a time and more exactly. If the jump was real, nothing is lost.
+    MuJoCo's search for several contacts (4.0) reports centimetres of penetration for two cylinders that touch along
+    their flanks, about once in ten thousand steps, which would throw them apart. Without the search a flat end rests on
+    a single point, and slips and bounces wrongly. Therefore a step is computed again if the deepest penetration jumps.
+    The second computation finds one contact for each pair, and is more exact. A real jump is found again.
 
     Attributes:
         model: MuJoCo model.
         data: State that `step` advances.
-        depth: Deepest penetration in the step before [m]; 0 without cylinders.
+        depth: Deepest penetration in the last step [m]; 0 without cylinders.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -56,7 +58,7 @@ class Stepper:
         self.depth = depth
 
     def _step_exactly(self) -> None:
-        """Step with one contact at a time and everything awake, because other contacts may touch sleeping bodies."""
+        """Step with one contact a pair and all bodies awake, because new contacts may be with sleeping bodies."""
         option = self.model.opt
         usual = option.disableflags, option.enableflags, option.ccd_tolerance, option.ccd_iterations
         option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
@@ -66,6 +68,7 @@ class Stepper:
         option.disableflags, option.enableflags, option.ccd_tolerance, option.ccd_iterations = usual
 
     def _measure_depth(self) -> float:
+        """Return the deepest penetration [m]."""
         return max(0.0, -float(self.data.contact.dist.min())) if self.data.ncon else 0.0
 
 
@@ -75,7 +78,7 @@ class Simulation:
     Attributes:
         scene: Compiled scene.
         data: MuJoCo's state.
-        stepper: Advances the physics; a study may put a subclass of `Stepper` on the same `data` in its place.
+        stepper: Stepper of the physics; a study may replace it by a subclass of `Stepper` on the same `data`.
     """
 
     def __init__(self, scene: Scene, sensor: WristSensor, steps: int) -> None:
@@ -90,12 +93,12 @@ class Simulation:
         self.data = mujoco.MjData(scene.model)
         self.stepper = Stepper(scene.model, self.data)
         self._n = scene.arm_dofs
-        # Views: looking an array up in MjData costs more than reading it.
+        # Views, because the lookup of an array in MjData costs more than its reading.
         self._q, self._v = self.data.qpos[: self._n], self.data.qvel[: self._n]
         self._torque, self._closure = self.data.ctrl[: self._n], self.data.ctrl[self._n :]
 
     def reset(self, q: Array, object_poses: Array) -> None:
-        """Put the arm at `q` (nv,) [rad] at rest, and the objects at their settled poses (n, 7)."""
+        """Set the arm to `q` (nv,) [rad] and the objects to their settled poses (n, 7), all at rest."""
         mujoco.mj_resetData(self.scene.model, self.data)
         self.data.qpos[: self._n] = q
         self.data.qpos[self.scene.object_qpos :] = object_poses.ravel()
@@ -116,7 +119,7 @@ class Simulation:
         self._closure[:] = closure
 
     def step(self) -> None:
-        """Advance by one control period; the command is held."""
+        """Advance by one control period with a constant command."""
         for _ in range(self._steps):
             self.stepper.step()
             self._sensor.sample(self.data)

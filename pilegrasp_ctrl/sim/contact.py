@@ -12,15 +12,21 @@ import numpy as np
 
 from ..exceptions import ArgumentError
 
-END_EFFECTOR_RANK, OBJECT_RANK, SUPPORT_RANK = 2, 1, 0
-"""Ranks of a body: under the "paper" rule the surface of the higher rank decides a contact."""
+END_EFFECTOR_RANK = 2
+"""Rank of an end-effector's surface [-]: under the "paper" rule the surface of the higher rank decides a contact."""
+
+OBJECT_RANK = 1
+"""Rank of an object's surface [-]."""
+
+SUPPORT_RANK = 0
+"""Rank of the surfaces of table, walls and frame [-]."""
 
 Rule = Literal["paper", "product", "maximum"]
-"""How the coefficients of two bodies combine; `combine` explains the three rules."""
+"""Name of the rule that combines the coefficients of two bodies; `combine` explains the three rules."""
 
 NATURAL_FREQUENCY = 300.0
-"""Natural frequency of a contact [rad/s], chosen. A bounce then lasts pi / 300 = 10 ms. These are ten steps of 1 ms,
-which the contact needs to give back the restitution that was asked for."""
+"""Natural frequency of a contact [rad/s], chosen. A bounce then lasts pi / 300 = 10 ms. The contact needs these
+ten steps of 1 ms to reproduce the requested restitution."""
 
 OBJECT_IMPEDANCE = 0.8
 """d in MuJoCo's solimp [-], chosen. It is constant, so that the damping ratio alone sets the restitution. It is low
@@ -28,23 +34,23 @@ enough that a resting ball sags by 20 um into its contact. At 0.99 the ball sags
 step, and never rests."""
 
 HAND_IMPEDANCE = 0.96
-"""d for contacts of the end-effector [-], chosen. A contact is as stiff as its lighter body is heavy, and a fingertip
-has 5 g: at 0.8 a push of 20 N would press it 9 mm into the table."""
+"""d for contacts of the end-effector [-], chosen. The stiffness of a contact grows with the mass of its lighter
+body, and a fingertip has 5 g. At 0.8 a push of 20 N would press it 9 mm into the table."""
 
 SLIP_TIME = 1.0
-"""Steps in which friction among objects takes slip away on a slope [-], chosen. MuJoCo's friction yields like a damper,
-and uses the damper of the contact unless told otherwise. For a ball that bounces this damper is so weak that a heap of
-balls against the low wall flows at 2 to 15 mm/s and never falls asleep. On a level floor nothing pulls."""
+"""Number of steps in which friction among objects stops slip on a slope [-], chosen. MuJoCo's friction yields like a
+damper, by default the damper of the contact. For a ball that bounces this damper is so weak that a heap of balls at the
+low wall flows at 2 to 15 mm/s and never falls asleep. On a level floor no force acts along the floor."""
 
 RESTING_IMPEDANCE = 0.05
 """d at first touch of a contact without restitution [-], chosen. Such a contact starts soft, so that a pressed hand
-stays in contact and does not chatter."""
+stays in contact without chatter."""
 
 IMPEDANCE_WIDTH = 0.002
 """Depth at which a contact without restitution reaches its full impedance [m], chosen."""
 
 IMPACT_PHASES = 32
-"""Moments between two steps at which `restitution_of` tries an impact [-], chosen."""
+"""Number of moments between two steps at which `restitution_of` computes an impact [-], chosen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +88,7 @@ class PairParameters:
         friction: MuJoCo's five coefficients: twice sliding, spinning, twice rolling.
         solref: Stiffness and damping in MuJoCo's direct (negative) format.
         solimp: MuJoCo's impedance: first, full, width, midpoint and power.
-        solreffriction: Stiffness and damping of the friction; zeros stand for those of `solref`.
+        solreffriction: Stiffness and damping of the friction; zeros mean those of `solref`.
     """
 
     friction: tuple[float, float, float, float, float]
@@ -94,8 +100,8 @@ class PairParameters:
 def restitution_for_mass(mass: float) -> float:
     """Return the restitution [-] of an object by its mass [kg].
 
-    This is the paper's line through COR(60 g) = 0.72 and COR(180 g) = 0.37 (V-A), clipped to [0, 1]. The line would be
-    negative above 307 g, and the paper's Fig. 11 goes to 720 g.
+    This is the paper's line through COR(60 g) = 0.72 and COR(180 g) = 0.37 (V-A), clipped to [0, 1]. The clip is needed
+    because the line is negative above 307 g, and the paper's Fig. 11 goes to 720 g.
     """
     return float(np.clip(0.72 + (mass - 0.060) * (0.37 - 0.72) / (0.180 - 0.060), 0.0, 1.0))
 
@@ -103,10 +109,10 @@ def restitution_for_mass(mass: float) -> float:
 def restitution_of(damping_ratio: float, step: float) -> float:
     """Return the restitution of a contact of spring and damper that cannot pull, at steps of finite length.
 
-    The contact is integrated as the engine does it, by semi-implicit Euler. The result is the mean over the moments
-    between two steps at which the impact may fall, which is what a pile sees. As `step` goes to zero the mean goes to
-    the law of Schwager & Pöschel (2007, eq. 18), whose contact ends when the force, not the penetration, returns to
-    zero.
+    The contact is integrated by semi-implicit Euler, as in the engine. The result is the mean over the moments between
+    two steps at which an impact can happen, because impacts in a pile happen at all of them. As `step` goes to zero the
+    mean goes to the law of Schwager & Pöschel (2007, eq. 18), whose contact ends when the force, not the penetration,
+    returns to zero.
 
     Args:
         damping_ratio: Damping ratio of spring and damper, not negative.
@@ -127,8 +133,8 @@ def restitution_of(damping_ratio: float, step: float) -> float:
 def damping_ratio_for(restitution: float, step: float) -> float:
     """Return the damping ratio whose `restitution_of` is `restitution`.
 
-    The ratio never exceeds critical damping, nor the ratio that would reverse the velocity within one step. A smaller
-    restitution than that allows (0.11 at the shipped step) gets the smallest one there is.
+    The ratio never exceeds critical damping, nor the ratio that would reverse the velocity within one step. This limits
+    the restitution from below (0.11 at the shipped step); for a smaller one, the ratio at the limit is returned.
 
     Raises:
         ArgumentError: The restitution lies outside [0, 1].
@@ -148,9 +154,10 @@ def damping_ratio_for(restitution: float, step: float) -> float:
 def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
     """Return the coefficients of the contact between `a` and `b`.
 
-    - `paper` takes the numbers as they were measured. They are the end-effector's if it takes part, otherwise the
-      object's, which were measured against a hard surface.
-    - `product` is Bullet's rule: friction and restitution multiply, rolling and spinning cross over.
+    - `paper` takes the measured numbers: the end-effector's if it takes part, otherwise the object's, which were
+      measured against a hard surface.
+    - `product` is Bullet's rule: friction and restitution are multiplied, and the rolling and spinning friction of each
+      body is multiplied by the sliding friction of the other.
     - `maximum` is MuJoCo's rule.
 
     An end-effector on a support never bounces: the touch-down is slower than the 0.2 m/s below which Bullet ignores
@@ -184,7 +191,7 @@ def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
 def pair_parameters(surface: Surface, timestep: float, slope: bool = False) -> PairParameters:
     """Return MuJoCo's numbers for the coefficients of one contact, at a physics step [s].
 
-    With `slope`, friction among objects and supports holds a load that does not move; see `SLIP_TIME`.
+    With `slope`, friction among objects and supports holds a load at rest; see `SLIP_TIME`.
     """
     damping_ratio = damping_ratio_for(surface.restitution, NATURAL_FREQUENCY * timestep)
     impedance = HAND_IMPEDANCE if surface.rank == END_EFFECTOR_RANK else OBJECT_IMPEDANCE

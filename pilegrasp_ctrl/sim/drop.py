@@ -15,21 +15,21 @@ from .objects import Objects
 from .scene import add_objects, add_support, contact_parameters, new_spec
 
 FRAME_HEIGHT = 0.8
-"""Height of the dropping frame [m], chosen: 200 tennis balls hang in it above a floor of 0.25 m."""
+"""Height of the dropping frame [m], chosen: 200 tennis balls fit into a frame of 0.25 m."""
 
 PANEL_HALF_THICKNESS = 0.02
 """Half thickness of the frame's panels [m], chosen."""
 
 PEDESTAL_HALF_HEIGHT = 0.1
-"""Half height of the space that the arm's base takes above the table [m], chosen; its radius is `BASE_RADIUS`."""
+"""Half height of the cylinder in place of the arm's base [m], chosen; its radius is `BASE_RADIUS`."""
 
 SPACINGS = (2.08, 2.02)
-"""Distances of the grid from which objects drop, over their bounding radius [-], chosen. The second serves if the first
-leaves too little room."""
+"""Spacings of the grid from which objects drop, over their bounding radius [-], chosen. The second is used if the
+objects do not fit with the first."""
 
 
 def pile_model(objects: Objects, count: int, layout: Layout, rule: Rule, timestep: float) -> mujoco.MjModel:
-    """Return the compiled frame, supports and objects; only the frame is a mocap body, and only objects have joints."""
+    """Return the compiled frame, supports and objects. Only the frame is a mocap body, and only objects have joints."""
     spec = new_spec(timestep)
     supports = add_support(spec, layout)
     panels = [*_add_frame(spec, layout), _add_pedestal(spec)]
@@ -41,7 +41,7 @@ def pile_model(objects: Objects, count: int, layout: Layout, rule: Rule, timeste
 
 
 def drop_poses(objects: Objects, count: int, layout: Layout, rng: np.random.Generator) -> Array:
-    """Return random poses (count, 7) above the frame's floor that do not overlap: a jittered grid, layer on layer.
+    """Return random poses (count, 7) in the frame that do not overlap: a jittered grid in layers.
 
     The objects of a net are dropped together, upright and side by side; single objects have random orientations.
 
@@ -91,13 +91,13 @@ def _grid_poses(radius: float, count: int, layout: Layout, rng: np.random.Genera
             poses[index, :2] = layout.frame_center + np.array([cosine * x - sine * y, sine * x + cosine * y])
             poses[index, 2] = (layer + 0.5) * cell
             quaternion = rng.normal(size=4)
-            # Summed in order: BLAS, behind numpy's norm, rounds differently from one processor to another.
+            # Summed in order, because BLAS, behind numpy's norm, rounds differently on different processors.
             poses[index, 3:] = quaternion / math.sqrt(sum(part * part for part in quaternion.tolist()))
     return poses
 
 
 def _add_frame(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
-    """Add the four panels as one mocap body; their inner faces bound the frame."""
+    """Add the four panels, whose inner faces bound the frame, as one mocap body; return their names."""
     half, thick = 0.5 * layout.frame_size, PANEL_HALF_THICKNESS
     yaw = layout.frame_yaw
     frame = spec.worldbody.add_body(
@@ -122,7 +122,7 @@ def _add_frame(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
 
 
 def _add_pedestal(spec: mujoco.MjSpec) -> str:
-    """Add a cylinder in place of the arm's base, so that no stray object comes to rest inside it."""
+    """Add a cylinder in place of the arm's base, so that no object comes to rest there; return its name."""
     spec.worldbody.add_geom(
         name="pedestal",
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,

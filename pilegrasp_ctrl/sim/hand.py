@@ -1,4 +1,4 @@
-"""A hand as the simulation sees it, with the changes that a scenario's `hand_model` makes."""
+"""The simulated hand, with the changes of a scenario's `hand_model`."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ SCALED = {
 """Numbers of `robot.toml` that each factor of `hand_model` multiplies."""
 
 REPLACED = {"inflation_stiffness": "pneumatics.inflation_stiffness"}
-"""Number of `robot.toml` that a key of `hand_model` replaces, because a factor would have nothing to multiply."""
+"""Number of `robot.toml` that a key of `hand_model` replaces. A factor would not do, because the number can be 0."""
 
 
 def vary(parameters: dict[str, Any], model: HandModelConfig) -> dict[str, Any]:
-    """Return a copy of a hand's parameters with the changes that `model` names."""
+    """Return a copy of a hand's parameters with the changes of `model`."""
     result = copy.deepcopy(parameters)
     for change in model.changed():
         value = getattr(model, change)
@@ -58,12 +58,12 @@ _BUILDERS: dict[str, Callable[[mujoco.MjSpec, Any, dict[str, Any]], None]] = {
     "rbo_hand2": add_rbo_hand2,
     "shovel": add_shovel,
 }
-"""Functions that add a hand's bodies, by the hand's name."""
+"""Functions that add a hand's bodies to a spec, by the hand's name."""
 
 
 @dataclass(frozen=True)
 class Hand:
-    """An end-effector: its bodies for a scene, and the numbers that controller and primitives need.
+    """An end-effector: its bodies for a scene, and the numbers for controller and primitives.
 
     Attributes:
         name: Name as in the scenario key `hand`.
@@ -102,7 +102,7 @@ class Hand:
 
     @property
     def controller(self) -> str:
-        """Name of the controller that suits the hand; a scenario may name another."""
+        """Name of the hand's default controller."""
         return str(self.parameters["hand"]["controller"])
 
     @property
@@ -133,7 +133,7 @@ class Hand:
 
     @property
     def transform_tool_to_flange(self) -> Pose:
-        """Tool frame: x along the fingers, z normal to the palm, origin in the middle of the fingertips."""
+        """Pose of the tool frame: x along the fingers, z normal to the palm, origin in the middle of the fingertips."""
         along, normal = finger_directions(self.parameters["hand"]["finger_angle_deg"])
         rotation = np.column_stack([along, np.cross(normal, along), normal])
         return Pose(self.parameters["hand"]["tool_origin"], rotation)

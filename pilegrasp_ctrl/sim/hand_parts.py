@@ -1,4 +1,4 @@
-"""Parts that the hands share: the wrist sensor's body, the directions of the fingers, and the orientation of a part."""
+"""Parts that all hands share: the wrist sensor's body, the directions of the fingers, and the frame of a part."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def finger_directions(angle_deg: float) -> tuple[Array, Array]:
     """Return the direction of the fingers (3,) and the palm's normal (3,), in the flange's frame.
 
     Args:
-        angle_deg: Angle of the fingers against the flange's axis, toward its negative x axis [deg].
+        angle_deg: Angle from the flange's axis to the fingers, toward the negative x axis of the flange [deg].
     """
     angle = math.radians(angle_deg)
     along = np.array([-math.sin(angle), 0.0, math.cos(angle)])
@@ -40,7 +40,7 @@ def frame_quaternion(x_axis: ArrayLike, z_hint: ArrayLike) -> Array:
 def add_wrist_sensor(spec: mujoco.MjSpec, body: Any, parameters: dict[str, Any]) -> None:
     """Add the housing, the site `wrist_sensor` at the flange, and the two MuJoCo sensors to the body `sensor`.
 
-    The MuJoCo sensors read the interaction between flange and sensor body, so the housing is a part of the tool.
+    The MuJoCo sensors measure between flange and sensor body, so the housing is a part of the tool.
     """
     top, bottom, radius = parameters["top"], parameters["bottom"], parameters["radius"]
     body.add_geom(

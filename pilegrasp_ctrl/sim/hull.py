@@ -1,4 +1,4 @@
-"""The convex hull of a mesh, about its centre of mass and along its principal axes, as the simulation uses it."""
+"""The convex hull of a mesh, about its centre of mass and along its principal axes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from ..exceptions import ConfigurationError
 
 MAX_VERTICES = 200
-"""Vertices that a hull keeps at most [-], chosen; the time of a collision grows with the vertices."""
+"""Largest number of vertices of a hull [-], chosen; the time of a collision grows with their number."""
 
 FORMATS = (".stl", ".obj")
 """File formats of a mesh."""
@@ -22,7 +22,7 @@ _CONVEX = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
 
 @dataclass(frozen=True, slots=True)
 class Hull:
-    """A convex polyhedron. It holds tuples, so that it can be compared and hashed, and its `repr` is complete.
+    """A convex polyhedron. It holds tuples, so that it is comparable and hashable, and its `repr` is complete.
 
     Attributes:
         vertices: Vertices (n, 3) [m] about the centre of mass, along the principal axes.
@@ -41,7 +41,7 @@ class Hull:
         """Read the convex hull of an STL (binary) or OBJ file whose coordinates times `factor` are metres.
 
         Raises:
-            ConfigurationError: The file is missing, of another format, damaged, or without a volume.
+            ConfigurationError: The file is missing, has another format, is damaged, or its hull has no volume.
         """
         if file.suffix.lower() not in FORMATS:
             raise ConfigurationError(f"{file}: a mesh must be one of {', '.join(FORMATS)}")
@@ -55,13 +55,14 @@ class Hull:
 
     @classmethod
     def _compile(cls, spec: mujoco.MjSpec, source: str) -> Hull:
+        """Return the hull that MuJoCo computes for the mesh in `spec`; `source` names the mesh in an error."""
         spec.worldbody.add_body().add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh", density=1.0)
         try:
             model = spec.compile()
         except ValueError as error:
             why = str(error).splitlines()[0].removeprefix("Error: ")
             raise ConfigurationError(
-                f"{source}: cannot be used as a mesh, which must be a body with a volume in binary STL or OBJ: {why}"
+                f"{source}: cannot be used as a mesh; it must be a body with a volume in binary STL or OBJ: {why}"
             ) from None
         graph, vertices = model.mesh_graph, np.asarray(model.mesh_vert, dtype=float)
         count, faces = int(graph[0]), int(graph[1])
@@ -94,7 +95,7 @@ class Hull:
         return float(np.linalg.norm(self.vertices, axis=1).max())
 
     def add_to(self, spec: mujoco.MjSpec, name: str) -> None:
-        """Add the hull to `spec` as a mesh, unless it is there."""
+        """Add the hull to `spec` as a mesh, unless it is already there."""
         if spec.mesh(name) is None:
             spec.add_mesh(
                 name=name,

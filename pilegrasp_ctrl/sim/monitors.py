@@ -1,4 +1,4 @@
-"""Monitors of a running simulation: a watchdog for states beyond belief, and a check for collisions with a crate."""
+"""Monitors of a running simulation: a watchdog for invalid states, and a check for collisions with a crate."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from ..types import Array
 from .scene import Scene
 
 MAX_PENETRATION = 0.012
-"""Penetration above which the simulation is stopped [m]. The hardest contact that happens has 10 mm: two limes of a bag
-that is released over the order's crate meet at 3.1 m/s as the lower one rebounds from the floor."""
+"""Penetration above which the simulation is stopped [m]; chosen. The deepest valid contact has 10 mm: two limes of a
+bag that is released over the order's crate meet at 3.1 m/s when the lower one rebounds from the floor."""
 
 INTERVAL = 0.01
 """Time between two checks of contacts [s], chosen; a collision lasts longer."""
 
 HISTORY = 100
-"""States that the watchdog keeps [-], chosen: the last second."""
+"""Number of states that the watchdog keeps [-], chosen: those of the last second."""
 
 RIM_HEIGHT = 0.02
-"""Height of a crate's rim, the uppermost part of its walls, along which no hand may slide [m]; chosen."""
+"""Height of a crate's rim, the uppermost part of its walls, which no hand may touch [m]; chosen."""
 
 
 class Watchdog:
-    """Stops a simulation that can no longer be believed, and writes its last states to a file.
+    """Stops a simulation with an invalid state, and writes its last states to a file.
 
     Speeds and commands are checked after every control period, everything else every `INTERVAL`.
     """
@@ -43,7 +43,7 @@ class Watchdog:
         self._states: deque[tuple[float, Array, Array, Array]] = deque(maxlen=HISTORY)
 
     def check(self, data: mujoco.MjData) -> None:
-        """Check the state, and keep it every `INTERVAL`.
+        """Check the state, and store it every `INTERVAL`.
 
         Raises:
             SimulationError: The state is not finite, or a contact is deeper than `MAX_PENETRATION`; the error names the
@@ -67,6 +67,7 @@ class Watchdog:
                 self._stop(data, f"{names} overlap by {1000 * deepest:.1f} mm; lower strategy.speed or sim.timestep")
 
     def _stop(self, data: mujoco.MjData, reason: str) -> None:
+        """Write the last states and raise the error."""
         file = Path(tempfile.gettempdir()) / f"pilegrasp-last-states-{self._label}.npz"
         times, qpos, qvel, ctrl = zip(*self._states, strict=True)
         try:
@@ -78,14 +79,14 @@ class Watchdog:
 
 
 class RimCheck:
-    """Finds contacts of the robot with the walls of a crate that no push makes.
+    """Finds collisions of the robot with the walls of a crate.
 
-    Fingers, thumb and palm push against a wall and slide along it; that is a collision only at the wall's rim. The
-    sensor's housing and the arm's links must not touch a wall at all.
+    Fingers, thumb and palm may push against a wall and slide along it, except at its rim. The sensor's housing and the
+    arm's links must not touch a wall at all.
     """
 
     def __init__(self, scene: Scene, walls: Iterable[Wall]) -> None:
-        """Watch those of `walls` that belong to a crate."""
+        """Check the walls that belong to a crate."""
         model = scene.model
         self._model = model
         self._walls = {model.geom(wall.name).id: wall for wall in walls if wall.crate}
@@ -96,7 +97,7 @@ class RimCheck:
         self._last_check = -np.inf
 
     def find_collision(self, data: mujoco.MjData) -> str | None:
-        """Return a text that names part and crate of a collision, or None; contacts are checked every `INTERVAL`."""
+        """Return a text with part and crate of a collision, or None. Contacts are checked every `INTERVAL`."""
         if not self._walls or data.time - self._last_check < INTERVAL - 1e-9:
             return None
         self._last_check = data.time

@@ -1,4 +1,4 @@
-"""A net-bag: a loop of limited length around a few objects, which pulls and never pushes."""
+"""A net-bag: a loop of limited length around a few objects, which pulls but never pushes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ IMPEDANCE = 0.95
 """d in MuJoCo's solimp [-], constant, chosen. Three limes that hang from one stretch the loop by less than 0.1 mm."""
 
 SPACING = 1.03
-"""Distance of neighbours in a bag at the start, over that of objects that touch [-]; chosen."""
+"""Distance of neighbours in a bag at the start, over the distance of touching objects [-]; chosen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,10 +25,10 @@ class Net:
 
     The girth of a taut bag around equal round objects is the girth of one of them plus the loop through their centres.
     The bag is therefore modelled as that loop: one spatial tendon, limited in length, without stiffness or damping. It
-    acts at the centres, because an object turns freely in a bag, and it runs freely from one object to the next.
+    acts at the centres, because an object turns freely in a bag, and slides freely from one object to the next.
 
     Attributes:
-        members: Objects in one bag, 2 or more.
+        members: Number of objects in one bag, 2 or more.
         loop: Greatest length of the closed loop through their centres [m].
     """
 

@@ -18,7 +18,8 @@ from .net import Net
 from .object_model import SMOOTH, ObjectModel
 
 VARIANTS = ("real", "sim", "literal")
-"""Tables of an object file; the keys above all tables are "real". The paper's Table I can be read in these ways."""
+"""Names of the variants, which are tables of an object file; the keys above all tables are "real". They are three
+readings of the paper's Table I."""
 
 SIZES = {
     "sphere": ("radius",),
@@ -28,13 +29,14 @@ SIZES = {
     "box": ("edges",),
     "mesh": ("file", "unit", "scale"),
 }
-"""The keys of each shape. A capsule's length is that from end to end, caps included."""
+"""Keys of each shape. A capsule's length includes its caps."""
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
-"""Lengths [m] of the units in which a mesh may be drawn."""
+"""Lengths of the units of a mesh [m]."""
 
 WIDTHS = (0.002, 0.5)
-"""Range of an object's widths [m], chosen: a contact of 300 rad/s needs a body, and a hand must get around it."""
+"""Range of an object's widths [m], chosen: a contact of 300 rad/s needs a minimum size, and the hand must fit around
+it."""
 
 INERTIA_FACTORS = (0.1, 2.0)
 """Range of the inertia factor [-]. A thin tube has 2 about its axis, a thin ball 5/3."""
@@ -43,7 +45,7 @@ NET_LOOPS = (0.01, 3.0)
 """Range of a net's loop [m], chosen."""
 
 MAX_NET_MEMBERS = 12
-"""Objects that one net may hold [-], chosen."""
+"""Largest number of objects in one net [-], chosen."""
 
 COMMON_KEYS = ("shape", "mass", "inertia_factor", "friction", "restitution", "net", "source")
 """Keys of every shape."""
@@ -53,13 +55,12 @@ DEFAULT_FRICTION = {"lateral": SMOOTH.lateral, "spinning": SMOOTH.spinning, "rol
 
 
 def read_object(file: Path, variant: str = "real") -> ObjectModel:
-    """Read an object; a table named like the variant replaces keys above it.
+    """Read an object. The table of the variant replaces keys above the tables, which are the variant "real".
 
-    The keys above all tables are the variant "real". `docs/objects.md` lists them.
+    `docs/objects.md` lists the keys.
 
     Raises:
-        ConfigurationError: The file cannot be read, or a key cannot be used; the error names file, key and what is
-            allowed.
+        ConfigurationError: The file cannot be read, or a key is invalid. The error names file, key and allowed values.
     """
     table = read_toml(file, "of an object")
     try:
@@ -69,14 +70,14 @@ def read_object(file: Path, variant: str = "real") -> ObjectModel:
 
 
 def write_object(path: str | Path, /, **keys: Any) -> Path:
-    """Check the keys of an object and write them as TOML, for `pile.object`; return the file's path.
+    """Check the keys of an object, write them as TOML for `pile.object`, and return the file's path.
 
     Args:
         path: File to write; its name ends in `.toml`.
         keys: Keys as in a file; `friction`, `net` and the variants are dictionaries.
 
     Raises:
-        ConfigurationError: `read_object` would reject the file, or it cannot be written.
+        ConfigurationError: A key is invalid, or the file cannot be written.
     """
     path = Path(path)
     if path.suffix != ".toml":
@@ -95,10 +96,10 @@ def write_object(path: str | Path, /, **keys: Any) -> Path:
 
 
 def build_object(table: Mapping[str, Any], name: str, variant: str, folder: Path) -> ObjectModel:
-    """Return the model that the keys of a file describe; the path of a mesh is relative to `folder`.
+    """Return the model that the keys of a file describe. The path of a mesh is relative to `folder`.
 
     Raises:
-        ConfigurationError: A key cannot be used; the error names it and what is allowed.
+        ConfigurationError: A key is invalid. The error names it and the allowed values.
     """
     if variant != "real" and variant not in table:
         have = ["real", *(other for other in VARIANTS[1:] if other in table)]
@@ -109,8 +110,8 @@ def build_object(table: Mapping[str, Any], name: str, variant: str, folder: Path
         raise ConfigurationError(f"shape = {shape!r:.80} must be one of {', '.join(map(repr, SIZES))}")
     valid = (*COMMON_KEYS, *SIZES[shape])
     for other in VARIANTS:
-        _refuse_unknown(_subtable(table, other, None), valid, f"[{other}] of a {shape}")
-    _refuse_unknown(keys, valid, f"a {shape}")
+        _reject_unknown(_subtable(table, other, None), valid, f"[{other}] of a {shape}")
+    _reject_unknown(keys, valid, f"a {shape}")
     mass = _number(keys, "mass", MASS_RANGE, "kg")
     hull = _load_hull(keys, folder) if shape == "mesh" else None
     half_size = hull.half_extents if hull else _half_size(keys, shape)
@@ -132,6 +133,7 @@ def build_object(table: Mapping[str, Any], name: str, variant: str, folder: Path
 
 
 def _add_net(object_model: ObjectModel, keys: Mapping[str, Any]) -> ObjectModel:
+    """Return the model with the net that the keys describe."""
     table = _subtable(keys, "net", ("members", "loop"))
     members = table.get("members")
     if not isinstance(members, int) or isinstance(members, bool) or not 2 <= members <= MAX_NET_MEMBERS:
@@ -147,6 +149,7 @@ def _add_net(object_model: ObjectModel, keys: Mapping[str, Any]) -> ObjectModel:
 
 
 def _half_size(keys: Mapping[str, Any], shape: str) -> tuple[float, ...]:
+    """Return the half sizes [m] of a shape other than a mesh, in MuJoCo's order."""
     half = (0.5 * WIDTHS[0], 0.5 * WIDTHS[1])
     if shape == "box":
         return tuple(0.5 * edge for edge in _lengths(keys, "edges", WIDTHS))
@@ -167,6 +170,7 @@ def _half_size(keys: Mapping[str, Any], shape: str) -> tuple[float, ...]:
 
 
 def _load_hull(keys: Mapping[str, Any], folder: Path) -> Hull:
+    """Return the hull of the mesh that the keys name."""
     file, unit = keys.get("file"), keys.get("unit")
     if not isinstance(file, str) or not file:
         raise ConfigurationError(f"file = {file!r:.80} must be the path of an STL or OBJ file")
@@ -186,6 +190,7 @@ def _load_hull(keys: Mapping[str, Any], folder: Path) -> Hull:
 
 
 def _toml(value: Any) -> str:
+    """Return a value as TOML."""
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_toml, value))}]"
     if isinstance(value, str):
@@ -195,17 +200,17 @@ def _toml(value: Any) -> str:
 
 
 def _subtable(keys: Mapping[str, Any], key: str, valid: tuple[str, ...] | None) -> dict[str, Any]:
-    """Return the table `key` of `keys`, or an empty one; its keys must be among `valid`, if that is given."""
+    """Return the table `key` of `keys`, or an empty one. Its keys must be among `valid`, unless that is None."""
     table = keys.get(key, {})
     if not isinstance(table, Mapping):
         raise ConfigurationError(f"{key} = {table!r:.80} must be a table")
     if valid is not None:
-        _refuse_unknown(table, valid, f"[{key}]")
+        _reject_unknown(table, valid, f"[{key}]")
     return dict(table)
 
 
-def _refuse_unknown(keys: Mapping[str, Any], valid: tuple[str, ...], owner: str) -> None:
-    """Reject a key that is not valid; `owner` names what has the keys."""
+def _reject_unknown(keys: Mapping[str, Any], valid: tuple[str, ...], owner: str) -> None:
+    """Reject keys that are not valid; `owner` names the table or shape in the error."""
     for key in keys:
         if key not in valid:
             close = get_close_matches(key, valid, n=1)

@@ -1,4 +1,4 @@
-"""The model of an object: shape, size, mass, inertia and surface, and the MuJoCo body made of them."""
+"""The model of an object: shape, size, mass, inertia and surface, and its MuJoCo body."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from .hull import Hull
 from .net import Net
 
 OBJECT_BIT = 2
-"""Contact affinity of the objects, chosen. The arm's links have it as a contact type; all else has explicit pairs."""
+"""Contact affinity of the objects, chosen. The arm's links have it as contact type; all other pairs are explicit."""
 
 SMOOTH = Surface(lateral=0.25, spinning=0.001, rolling=0.001, restitution=0.72, rank=OBJECT_RANK)
-"""Surface of an object whose file states none. Cross (2002, Tables I-II) measured the sliding coefficient 0.25, of a
-ball on smooth wood; 0.001 m are the paper's numbers for the end-effector (V-A)."""
+"""Surface of an object whose file states none. Cross (2002, Tables I-II) measured the sliding coefficient 0.25 of
+a ball on smooth wood. The 0.001 m are the paper's numbers for the end-effector (V-A)."""
 
 Shape = Literal["sphere", "ellipsoid", "capsule", "cylinder", "box", "mesh"]
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectModel:
-    """The model of an object; equal models describe equal objects.
+    """Model of an object; equal models describe equal objects.
 
     Attributes:
         name: Name as in `pile.object`.
@@ -35,9 +35,9 @@ class ObjectModel:
         mass: Mass [kg].
         inertia_factor: Ratio of the inertia to that of the solid body [-]; a hollow ball has more than 1.
         surface: Friction and restitution.
-        bounces_by_mass: Flag that is set if the restitution follows from the mass and changes with it.
-        hull: Convex hull of a mesh.
-        net: Net that ties every few of the objects together.
+        bounces_by_mass: Whether the restitution follows from the mass.
+        hull: Convex hull of a mesh; None for other shapes.
+        net: Net that ties groups of the objects together; None without nets.
     """
 
     name: str
@@ -111,17 +111,17 @@ class ObjectModel:
         return factor * (b * b + c * c), factor * (a * a + c * c), factor * (a * a + b * b)
 
     def with_mass(self, mass: float) -> ObjectModel:
-        """Return the model with another mass [kg], and with the restitution that follows from it."""
+        """Return the model with another mass [kg] and the restitution that follows from it."""
         restitution = restitution_for_mass(mass) if self.bounces_by_mass else self.surface.restitution
         return replace(self, mass=mass, surface=replace(self.surface, restitution=restitution))
 
     def with_friction(self, factor: float) -> ObjectModel:
-        """Return the model with its friction multiplied: sliding, spinning and rolling."""
+        """Return the model with its sliding, spinning and rolling friction multiplied by `factor`."""
         varied = {name: factor * getattr(self.surface, name) for name in ("lateral", "spinning", "rolling")}
         return replace(self, surface=replace(self.surface, **varied))
 
     def scaled(self, factor: float) -> ObjectModel:
-        """Return the model with its lengths multiplied; the mass stays."""
+        """Return the model with its lengths multiplied by `factor`, and with the same mass."""
         return replace(
             self,
             half_size=tuple(factor * size for size in self.half_size),
@@ -132,7 +132,7 @@ class ObjectModel:
     def add_to(self, spec: mujoco.MjSpec, index: int, rgba: tuple[float, float, float, float]) -> None:
         """Add a free body `object_{index}` with one geom of the same name, and with a site if a net ties it."""
         name = f"object_{index}"
-        # Without `ipos` the centre of mass of an explicit inertia would lie at the body's position in the world.
+        # Without `ipos` the centre of mass of an explicit inertia would be at the body's position in the world.
         body = spec.worldbody.add_body(name=name, explicitinertial=True, mass=self.mass, ipos=[0.0, 0.0, 0.0])
         body.inertia = [self.inertia_factor * moment for moment in self.solid_inertia()]
         body.add_freejoint(name=name)
@@ -151,12 +151,12 @@ class ObjectModel:
             geom.meshname = self.name
         if self.net is not None:
             body.add_site(name=name)
-            # MuJoCo scales a tendon's limit in this pose; bodies at one point would make it ineffective.
+            # MuJoCo scales a tendon's limit in this pose. With all bodies at one point, the limit would have no effect.
             body.pos = self.net.start_position(index, self.flank_radius)
 
 
 def _capsule_inertia(mass: float, radius: float, length: float) -> tuple[float, float, float]:
-    """Return the moments of inertia of a cylinder of `length` with two half balls, by the parallel axis theorem."""
+    """Return the principal moments [kg·m²] of a cylinder of `length` with half balls, by the parallel axis theorem."""
     cylinder = length / (length + 4.0 * radius / 3.0) * mass
     caps = mass - cylinder
     along = 0.5 * cylinder * radius**2 + 0.4 * caps * radius**2

@@ -1,4 +1,4 @@
-"""The objects that a pile is made of: shipped models, a user's own, and mixes of several."""
+"""The objects of a pile: shipped models, models of a user, and mixes of several models."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from .object_file import read_object
 from .object_model import ObjectModel
 
 OBJECT_MODELS = {name: read_object(file) for name, file in object_files().items()}
-"""The models that ship, in the variant "real"."""
+"""Shipped models by name, in the variant "real"."""
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectMix:
-    """Several models that take turns: object i has model i modulo their number. No model has a net.
+    """Several models in turn: object i has model i modulo their number. No model has a net.
 
     Attributes:
         object_models: Two or more models; a model that is named twice is twice as frequent.
@@ -28,12 +28,12 @@ class ObjectMix:
 
     @property
     def net(self) -> None:
-        """Net of the objects; a mix has none."""
+        """Net of the objects: None for a mix."""
         return None
 
     @property
     def shape(self) -> str:
-        """Shape of the objects; a mix has no single one."""
+        """Shape of the objects: "mix", which has no single shape."""
         return "mix"
 
     @property
@@ -57,7 +57,7 @@ class ObjectMix:
 
 
 Objects = ObjectModel | ObjectMix
-"""What a pile is made of."""
+"""Objects of a pile: equal ones or a mix."""
 
 
 def object_model(name: str, mass: float | None = None, scale: float = 1.0, variant: str = "real") -> ObjectModel:
@@ -70,7 +70,7 @@ def object_model(name: str, mass: float | None = None, scale: float = 1.0, varia
         variant: Variant of the object's file.
 
     Raises:
-        ConfigurationError: The name is not known, or the file or the variant cannot be used.
+        ConfigurationError: The name is not known, or the file or variant is invalid.
     """
     if is_file(name):
         found = read_object(Path(name), variant)
@@ -84,11 +84,11 @@ def object_model(name: str, mass: float | None = None, scale: float = 1.0, varia
 
 
 def objects_of(pile: PileConfig) -> Objects:
-    """Return the model that a scenario asks for, or the mix of the models that it joins by `+`.
+    """Return the object model of a scenario, or the mix of the models that it joins by `+`.
 
     Raises:
-        ConfigurationError: A name, file or variant cannot be used, `pile.count` does not fill the nets, or an object
-            with a net is to be mixed.
+        ConfigurationError: A name, file or variant is invalid, `pile.count` does not fill the nets, or a mix contains
+            an object with a net.
     """
     found = tuple(
         object_model(name, pile.mass, pile.scale, pile.variant).with_friction(pile.friction)

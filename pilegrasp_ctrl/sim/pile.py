@@ -27,30 +27,30 @@ MAX_REST_DISPLACEMENT = 3e-3
 """Largest displacement of a centre in `REST_TIME` for a pile at rest [m], chosen."""
 
 MAX_AWAKENINGS = 20
-"""How often a pile is awakened before the drop fails [-], chosen."""
+"""Largest number of awakenings before a drop fails [-], chosen."""
 
 MAX_SETTLED_DISPLACEMENT = 3e-4
-"""Largest displacement of a centre after an awakening for a settled pile [m], chosen. Slow objects, such as a cube that
-balances on an edge, fall asleep while they move."""
+"""Largest displacement of a centre after an awakening of a settled pile [m], chosen. The check is needed because slow
+objects, such as a cube that balances on an edge, fall asleep while they move."""
 
 DRIFT_TIME = 3.0
-"""Time for which an awakened pile is watched [s], about that of an approach."""
+"""Time for which the drift of an awakened pile is measured [s]: about that of an approach."""
 
 MAX_DRIFT = 1e-3
 """Largest displacement of a centre in `DRIFT_TIME` [m], chosen."""
 
 MAX_DROPS = 6
-"""How often a pile is dropped before the attempt fails [-], chosen. An object that balances or rolls away in one drop
+"""Largest number of drops before the attempt fails [-], chosen. An object that balances or rolls away in one drop
 does not in the next."""
 
 TIME_LIMIT = 20.0
 """Simulated time for each of the two phases of settling [s], chosen."""
 
 MAX_RESTING_PENETRATION = 1e-3
-"""Largest overlap of two bodies in a settled pile [m], chosen; 0.04 mm was the most that was observed."""
+"""Largest overlap of two bodies in a settled pile [m], chosen; the largest observed overlap was 0.04 mm."""
 
 CACHE_VERSION = 18
-"""Version of the piles in the cache [-]; it grows with every change of code that changes a pile."""
+"""Version of the piles in the cache [-]; increase it with every change of code that changes a pile."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,8 +59,8 @@ class Pile:
 
     Attributes:
         poses: Poses (n, 7) of the objects: position [m] and quaternion wxyz.
-        packing_density: Share of the frame's volume that the objects filled before the lift [-]. The volume counts up
-            to the height of a homogeneous filling with the same centre of mass. It is 0 without objects, and an
+        packing_density: Share of the frame's volume that the objects filled before the lift [-]. The volume extends to
+            the height of a homogeneous filling with the same centre of mass. The density is 0 without objects, and an
             estimate on a slope.
     """
 
@@ -135,7 +135,7 @@ def _drop(
     else:
         return None
     poses[:] = settled
-    # Sleeping bodies have no contacts.
+    # Without sleep, because sleeping bodies have no contacts.
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     mujoco.mj_forward(model, data)
     deepest = -float(data.contact.dist.min()) if data.ncon else 0.0
@@ -145,7 +145,7 @@ def _drop(
 
 
 def _check_inside(positions: Array, layout: Layout) -> None:
-    """Raise if a centre lies outside the frame; a very fast or very small object can pass a panel within one step."""
+    """Raise if a centre is outside the frame, because a fast or small object can pass a panel within one step."""
     cosine, sine = math.cos(layout.frame_yaw), math.sin(layout.frame_yaw)
     local = (positions - layout.frame_center) @ np.array([[cosine, -sine], [sine, cosine]])
     if outside := int(np.count_nonzero(np.abs(local).max(axis=1) > 0.5 * layout.frame_size)):
@@ -153,7 +153,7 @@ def _check_inside(positions: Array, layout: Layout) -> None:
 
 
 def _awaken(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Start again from the present poses, at rest and awake, as an attempt does."""
+    """Start again from the present poses, at rest and awake, like an attempt."""
     poses, frame = data.qpos.copy(), data.mocap_pos.copy()
     mujoco.mj_resetData(model, data)
     data.qpos[:], data.mocap_pos[:] = poses, frame
@@ -165,7 +165,7 @@ def _largest_displacement(poses: Array, before: Array) -> float:
 
 
 def _measure_drift(stepper: Stepper) -> float:
-    """Step until everything sleeps, for `DRIFT_TIME` at most; return the largest displacement [m]."""
+    """Step until everything sleeps, but at most for `DRIFT_TIME`; return the largest displacement [m]."""
     data = stepper.data
     before, end = data.qpos.reshape(-1, 7).copy(), data.time + DRIFT_TIME
     while data.ntree_awake and data.time < end:
@@ -174,9 +174,9 @@ def _measure_drift(stepper: Stepper) -> float:
 
 
 def _settle(stepper: Stepper, step_limit: int) -> bool:
-    """Step until nothing moves for `REST_TIME`; return whether that came about.
+    """Step until nothing moves for `REST_TIME`; return whether the pile came to rest within `step_limit` steps.
 
-    Displacements count, not speeds, because a jammed object may tremble for ever without moving away.
+    The criterion is displacement, not speed, because a jammed object may vibrate for ever without moving away.
     """
     data = stepper.data
     window = round(REST_TIME / stepper.model.opt.timestep)

@@ -1,4 +1,4 @@
-"""Settled piles on disk: one file for each hash of everything that a pile depends on."""
+"""Settled piles on disk: one file for each hash of everything on which a pile depends."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..types import Array
 
 
 class PileCache:
-    """The file of one pile in `~/.cache/pilegrasp`; a cache that cannot be read or written changes nothing."""
+    """The file of one pile in `~/.cache/pilegrasp`. Errors of reading and writing are ignored."""
 
     def __init__(self, *content: Any) -> None:
         """Name the file by a hash of the JSON values `content`, on which the pile depends."""

@@ -1,9 +1,9 @@
 """The RBO Hand 2 as MuJoCo bodies: fingers are chains of sprung joints, and inflation is a moment in all of them.
 
 A PneuFlex finger bends with constant curvature under pressure; equal moments in equal springs give the same shape. One
-hinge at the base holds the finger's sideways compliance. If inflation is to stiffen the finger, the moment falls with
-the finger's total bend, as the pressure of an enclosed mass of air does. The soft part of the palm that carries the
-thumb bends about one hinge, and is not inflated.
+hinge at the base models the finger's sideways compliance. If inflation stiffens the finger, the moment decreases with
+the finger's total bend, like the pressure of an enclosed mass of air. The soft part of the palm that carries the thumb
+bends about one hinge, and is not inflated.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SCAFFOLD = (0.35, 0.37, 0.42, 1.0)
 """Colour of the rigid part of the palm (rgba)."""
 
 LATERAL_RANGE = 0.35
-"""Largest sideways angle of a finger at its base, either way [rad]; chosen."""
+"""Largest sideways angle of a finger at its base in both directions [rad]; chosen."""
 
 BEND_RANGE = (-0.9, 1.6)
 """Range of each bending joint [rad], chosen."""
@@ -33,11 +33,11 @@ PALM_RANGE = (-0.5, 1.2)
 """Range of the hinge of the palm's web [rad], chosen."""
 
 JOINT_ARMATURE = 2e-5
-"""Inertia added to every finger joint [kg m²], chosen: the bare 5 g fingertip is too light for contacts at 1 ms."""
+"""Inertia added to every finger joint [kg·m²], chosen: the bare 5 g fingertip is too light for contacts at 1 ms."""
 
 
 def add_rbo_hand2(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> None:
-    """Add sensor and hand to the body `root` in the flange's frame, by the numbers of `robot.toml`."""
+    """Add sensor and hand to the body `root` in the flange's frame, with the numbers of `robot.toml`."""
     add_wrist_sensor(spec, root, parameters["sensor"])
     fingers, thumb, pneumatics = parameters["fingers"], parameters["thumb"], parameters["pneumatics"]
     along, palm_normal = finger_directions(parameters["hand"]["finger_angle_deg"])
@@ -51,7 +51,7 @@ def add_rbo_hand2(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) ->
 
 
 def _add_palm(root: Any, palm: dict[str, Any], along: Array, pneumatics: dict[str, Any]) -> tuple[Any, Array]:
-    """Add the palm; return the body `palm_web`, which carries the thumb, and its hinge's place on the flange.
+    """Add the palm; return the body `palm_web`, which carries the thumb, and the position of its hinge.
 
     The hinge is parallel to the fingers, at the edge of the web. Its angle grows as the thumb approaches them.
     """
@@ -115,6 +115,7 @@ def _add_finger(
 def _add_hinge(
     body: Any, name: str, axis: ArrayLike, mode: str, limits: tuple[float, float], pneumatics: dict[str, Any]
 ) -> None:
+    """Add a sprung hinge with the stiffness and damping of `mode`: "bending" or "lateral"."""
     joint = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis, range=limits, limited=True)
     joint.stiffness[0] = pneumatics[f"{mode}_stiffness"]
     joint.damping[0] = pneumatics[f"{mode}_damping"]
@@ -124,9 +125,9 @@ def _add_hinge(
 def _add_inflation(spec: mujoco.MjSpec, name: str, segments: int, moment: float, pneumatics: dict[str, Any]) -> None:
     """Add the actuator `{name}`: closure in [0, 1], first-order in time, the same moment in every bending joint.
 
-    At inflation a and mean joint angle q the moment is `a (M (1 + r) - r k q)`, where M is `moment`, k the
-    joint's spring and r the share that inflation adds to it. In free space, full inflation bends each joint by M / k,
-    whatever r is.
+    At inflation a and mean joint angle q the moment is `a (M (1 + r) - r k q)`. M is `moment`, k is the joint's spring,
+    and r is the share that inflation adds to the spring. In free space, full inflation bends each joint by M / k for
+    every r.
     """
     tendon = spec.add_tendon(name=name)
     for i in range(segments):

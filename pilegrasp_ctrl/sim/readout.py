@@ -1,4 +1,4 @@
-"""What a simulation shows while it runs: drawn bodies, forces in their contacts, and frames for an observer."""
+"""Readout of a running simulation: drawn bodies, contact forces, and frames for an observer."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ SHAPE_NAMES = {
     mujoco.mjtGeom.mjGEOM_ELLIPSOID: "ellipsoid",
     mujoco.mjtGeom.mjGEOM_PLANE: "plane",
 }
-"""What a recording calls MuJoCo's geoms."""
+"""Names of MuJoCo's geom types in a recording."""
 
 COLLISION_GROUP = 3
 """MuJoCo's geom group of shapes that only collide; they are not drawn."""
 
 MIN_FORCE = 0.1
-"""Contacts that press less than this are left out [N], chosen; a light sphere weighs 0.6 N."""
+"""Least force of a recorded contact [N], chosen; a light sphere weighs 0.6 N."""
 
 FRAME_PERIOD = 1.0 / 30.0
 """Simulated time between two frames [s], in a recording and for an observer; chosen."""
@@ -39,12 +39,12 @@ ROLE_ORDER = {"arm": 0, "sensor": 0, "hand": 0, "object": 1, "support": 2}
 """Order of two bodies in a contact, by role: the one nearer to the arm comes first."""
 
 Observer = Callable[[float, str, tuple[Body, ...], Array, Array], None]
-"""A function that is called with the time [s], the primitive's name, the B bodies that can be drawn, their positions
-(B, 3) [m] and their quaternions (B, 4) wxyz, body to scene. The bodies are the same in every call."""
+"""Function that is called with the time [s], the primitive's name and the B drawn bodies, which are the same in every
+call. Further arguments are their positions (B, 3) [m] and quaternions (B, 4) wxyz, body to scene."""
 
 
 def drawn_bodies(scene: Scene) -> tuple[tuple[Body, ...], np.ndarray]:
-    """Return the bodies that can be seen and their body ids (n,); collision-only geoms are left out."""
+    """Return the drawn bodies and their body ids (n,), without geoms that only collide."""
     model = scene.model
     bodies, ids = [], []
     for body in range(model.nbody):
@@ -66,7 +66,7 @@ def drawn_bodies(scene: Scene) -> tuple[tuple[Body, ...], np.ndarray]:
 
 
 def _shape_of(model: Any, geom: int) -> dict[str, Any]:
-    """Return kind and size; a recording has no meshes, so a hull is drawn as the ellipsoid of the same inertia."""
+    """Return `kind` and `size` of a `Shape`. A hull becomes an ellipsoid of its inertia: recordings have no mesh."""
     geom_type = mujoco.mjtGeom(int(model.geom_type[geom]))
     if geom_type != mujoco.mjtGeom.mjGEOM_MESH:
         return {"kind": SHAPE_NAMES[geom_type], "size": model.geom_size[geom].tolist()}
@@ -76,6 +76,7 @@ def _shape_of(model: Any, geom: int) -> dict[str, Any]:
 
 
 def _role_of(scene: Scene, body: int) -> str:
+    """Return the role of a body in a recording."""
     if body == 0:
         return "support"
     if body in scene.objects:
@@ -116,8 +117,8 @@ class ContactForces:
             mujoco.mj_contactForce(self._model, data, int(index), row)
         pressing = np.linalg.norm(local[:, :3], axis=1) >= MIN_FORCE
         active, local = active[pressing], local[pressing]
-        # The rows of a contact's frame are its axes; the first, its normal, points from the first geom to the second,
-        # and that is where the force pushes the second.
+        # The rows of a contact's frame are its axes. The first is the normal from the first geom to the second, and a
+        # positive force pushes the second geom along it.
         axes = contact.frame[active].reshape(-1, 3, 3)
         force = -np.einsum("ki,kij->kj", local[:, :3], axes)
         bodies = self._body[contact.geom[active]].reshape(-1, 2)
@@ -128,7 +129,7 @@ class ContactForces:
 
 
 class FrameFeed:
-    """Passes the bodies' poses to an observer every `FRAME_PERIOD`.
+    """Passes the poses of the drawn bodies to an observer every `FRAME_PERIOD`.
 
     Attributes:
         seconds: Wall-clock time that the observer has taken so far [s].
@@ -141,7 +142,7 @@ class FrameFeed:
         self.seconds = 0.0
 
     def show(self, time: float, primitive: str, *, always: bool = False) -> None:
-        """Show copies of the poses at `time` [s], if a frame is due or `always` is set."""
+        """Pass copies of the poses at `time` [s] to the observer if a frame is due, or `always`."""
         if time < self._next - 1e-9 and not always:
             return
         self._next = next_multiple(time, FRAME_PERIOD)

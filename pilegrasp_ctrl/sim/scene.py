@@ -1,4 +1,4 @@
-"""The MuJoCo model of one attempt: table, support, arm, hand and objects, with every contact pair made explicit."""
+"""The MuJoCo model of one attempt: table, support, arm, hand and objects, with explicit contact pairs."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ WALL_COLOR = (0.62, 0.68, 0.74, 0.45)
 """Colour of the walls (rgba)."""
 
 TABLE_MARGIN = 0.15
-"""Distance of the table's centre before the wall [m], chosen; the collision plane has no edge."""
+"""Distance of the drawn table's centre from the wall [m], chosen; the collision plane has no edge."""
 
 SUPPORT_BIT = 1
-"""Contact type of table and walls, chosen; the arm's collision shapes are compatible with it."""
+"""Contact type of table and walls, chosen; the arm's collision shapes have it as affinity."""
 
 SOLVER_ITERATIONS = 30
-"""Most iterations of CG in a step [-], chosen; each step starts from the solution of the step before."""
+"""Largest number of CG iterations in a step [-], chosen; each step starts from the last solution."""
 
 COLLISION_TOLERANCE = 1e-10
-"""Tolerance of libccd [m], which finds the contacts of ellipsoids; at MuJoCo's 1e-6 it misses the shallowest. MuJoCo's
-own search (4.0) stops at a wrong face about once in a thousand shallow contacts of two ellipsoids. It reports 14 mm for
-apples that overlap by 0.01 mm, and throws them apart. `Stepper` handles cylinders."""
+"""Tolerance of libccd [m], which finds the contacts of ellipsoids; chosen. At MuJoCo's 1e-6 it misses the shallowest.
+MuJoCo's own search (4.0) stops at a wrong face about once in a thousand shallow contacts of two ellipsoids. It reports
+14 mm for apples that overlap by 0.01 mm, which throws them apart. `Stepper` handles cylinders."""
 
 FRICTION_RATIO = 3.0
 """Ratio of a contact's impedance in friction to that along its normal [-], MuJoCo's `impratio`; chosen."""
 
 SLOPE_FRICTION_RATIO = 10.0
-"""The same ratio on a slope [-], chosen. There a heap leans on its friction and flows as the friction yields; see also
+"""The same ratio on a slope [-], chosen. There friction holds a heap, which flows if the friction yields; see also
 `SLIP_TIME`. At 30 the solver's iterations do not suffice, and the remaining error keeps apples and heavy spheres
 awake."""
 
@@ -50,20 +50,20 @@ SLEEP_TOLERANCE = 5e-3
 """Generalised velocity, scaled by length, below which an island falls asleep [m/s]; chosen."""
 
 SLOPE_SLEEP_TOLERANCE = 5e-4
-"""The same velocity on a slope [m/s], chosen. Bodies sleep after ten slow steps; at the larger tolerance a ball
-that has bounced off the low wall would fall asleep at its turning point, and hang there."""
+"""The same velocity on a slope [m/s], chosen. Bodies sleep after ten slow steps. At the larger tolerance a ball
+that has bounced off the low wall would fall asleep at its turning point, and stay there."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A compiled scene and the addresses in it.
+    """Compiled scene and the addresses in it.
 
     Attributes:
         model: MuJoCo model.
         arm_dofs: Number of arm joints; they come first in qpos, qvel and ctrl.
         objects: Body ids of the objects.
         hand_bodies: Body ids of sensor and hand.
-        object_qpos: First qpos address of the objects' free joints, which follow one another.
+        object_qpos: First qpos address of the objects' free joints, which are consecutive.
     """
 
     model: mujoco.MjModel
@@ -85,7 +85,7 @@ def new_spec(timestep: float, file: str | None = None) -> mujoco.MjSpec:
     option.solver = mujoco.mjtSolver.mjSOL_CG
     option.iterations = SOLVER_ITERATIONS
     option.impratio = FRICTION_RATIO
-    # A state that is not finite must reach the watchdog; MuJoCo would start again from time zero.
+    # A non-finite state must reach the watchdog; by default MuJoCo would start again from time zero.
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     # A sleeping pile costs nothing while the arm is in the air; a touch wakes it.
     option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
@@ -94,7 +94,7 @@ def new_spec(timestep: float, file: str | None = None) -> mujoco.MjSpec:
 
 
 def add_support(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
-    """Add table and walls, and the gravity of their tilt; return the names of their geoms."""
+    """Add table and walls, set the gravity of their tilt, and return the names of their geoms."""
     spec.option.gravity = layout.gravity
     if layout.tilt != 0.0:
         spec.option.sleep_tolerance = SLOPE_SLEEP_TOLERANCE
@@ -123,7 +123,7 @@ def add_support(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
 
 
 def add_objects(spec: mujoco.MjSpec, objects: Objects, count: int, supports: list[str], rule: Rule) -> list[str]:
-    """Add `count` objects, their nets, and the pairs among them and with the supports; return their geoms' names."""
+    """Add `count` objects, their nets, and all pairs with objects and supports; return the names of their geoms."""
     models = objects.assign_models(count)
     if any(each.shape == "ellipsoid" for each in models):
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_NATIVECCD
@@ -153,7 +153,7 @@ def contact_parameters(spec: mujoco.MjSpec, first: Surface, second: Surface, rul
 def add_surroundings(
     spec: mujoco.MjSpec, hand: Hand, objects: Objects, count: int, layout: Layout, rule: Rule
 ) -> list[str]:
-    """Add support, objects and all contact pairs to a spec that holds the hand; return the objects' names."""
+    """Add support, objects and all contact pairs to a spec with the hand; return the names of the objects."""
     supports = add_support(spec, layout)
     names = add_objects(spec, objects, count, supports, rule)
     models = objects.assign_models(count)
@@ -175,10 +175,10 @@ def build_scene(scenario: Scenario, hand: Hand, objects: Objects, layout: Layout
     base.pos = pose.translation
     mujoco.mju_mat2Quat(base.quat, pose.rotation.ravel())
     hand.add_to(spec, spec.site("flange"))
-    # The arm's own links have no explicit pairs; their contacts have MuJoCo's defaults.
+    # The arm's links have no explicit pairs; their contacts have MuJoCo's default parameters.
     for geom in spec.geoms:
         geom.contype |= OBJECT_BIT if geom.contype else 0
-    # The collision plane has no edge, and these links reach below its height beside the table.
+    # The collision plane has no edge, and these links are below its height beside the table.
     for link in ("base_link", "link1", "link2", "link3"):
         spec.add_exclude(bodyname1="world", bodyname2=link)
     names = add_surroundings(spec, hand, objects, scenario.pile.count, layout, scenario.sim.contact_rule)
@@ -194,6 +194,7 @@ def build_scene(scenario: Scenario, hand: Hand, objects: Objects, layout: Layout
 
 
 def _is_below(model: Any, body: int, ancestor: int) -> bool:
+    """Return whether a body is `ancestor` or one of its descendants."""
     while body not in (0, ancestor):
         body = model.body_parentid[body]
     return bool(body == ancestor)

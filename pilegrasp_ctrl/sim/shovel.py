@@ -13,11 +13,11 @@ PLASTIC = (0.20, 0.42, 0.62, 1.0)
 """Colour of the shovel (rgba)."""
 
 BRACKET_RADIUS = 0.012
-"""Radius of the strut that carries the shovel [m], chosen; it is drawn only."""
+"""Radius of the strut that carries the shovel [m], chosen; the strut is only drawn."""
 
 
 def add_shovel(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> None:
-    """Add sensor and shovel to the body `root` in the flange's frame, by the numbers of `robot.toml`."""
+    """Add sensor and shovel to the body `root` in the flange's frame, with the numbers of `robot.toml`."""
     add_wrist_sensor(spec, root, parameters["sensor"])
     scoop, hand = parameters["scoop"], parameters["hand"]
     along, normal = finger_directions(hand["finger_angle_deg"])
@@ -25,7 +25,7 @@ def add_shovel(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> No
     length, width, half = scoop["length"], scoop["width"], scoop["thickness"] / 2.0
     wall, back = scoop["wall_height"] / 2.0, scoop["back_height"] / 2.0
     side = scoop["wall_length"] / 2.0
-    # In the tool frame the leading edge is the y axis; the floor lies behind it, with its underside at the origin.
+    # In the tool frame the leading edge is the y axis. The floor is behind it, with its underside at z = 0.
     boxes = {
         "floor": ([-length / 2.0, 0.0, half], [length / 2.0, width / 2.0, half]),
         "left": ([side - length, width / 2.0 - half, wall], [side, half, wall]),
@@ -48,7 +48,7 @@ def add_shovel(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> No
 
 
 def _add_bracket(root: Any, parameters: dict[str, Any], back_center: np.ndarray) -> None:
-    """Add the strut from the sensor to the back wall; it is drawn only, because no object can reach it."""
+    """Add the strut from the sensor to the back wall. It is only drawn, because no object can reach it."""
     root.add_geom(
         name="bracket",
         type=mujoco.mjtGeom.mjGEOM_CAPSULE,

@@ -20,18 +20,18 @@ MARGIN = 0.05
 """Distance of the start posture from the joint limits [rad], chosen."""
 
 STEP = 0.1
-"""Time step of an iteration of the search [s], chosen."""
+"""Time step of a search iteration [s], chosen."""
 
 ITERATIONS = 300
-"""Most iterations from one first posture [-], chosen."""
+"""Largest number of iterations from one initial posture [-], chosen."""
 
 SETTLED = 1e-6
-"""Largest motion of a joint in an iteration at which the first posture is dropped from the tasks [rad], chosen; from
-then on the tool alone counts."""
+"""Largest joint motion in an iteration at which the posture task is dropped and only the tool task is left [rad],
+chosen."""
 
 
 class StartPosture:
-    """Searches joint angles for tool poses, with a model of the bare arm and a site at the tool frame."""
+    """Search for the joint angles of a tool pose, with a model of the bare arm and a site at the tool frame."""
 
     def __init__(self, robot: str, transform_tool_to_flange: Pose, transform_base_to_world: Pose) -> None:
         spec = mujoco.MjSpec.from_file(str(path(robot, f"{robot}.xml")))
@@ -50,9 +50,9 @@ class StartPosture:
         self._postures = [np.array(posture) for posture in description(robot)["postures"]["search"]]
 
     def solve(self, pose: Pose, start: Array | None = None) -> Array:
-        """Return joint angles (nv,) [rad] that put the tool frame at `pose` in the world.
+        """Return joint angles (nv,) [rad] for the tool frame at `pose` in the world.
 
-        The search begins at `start`, if given, then at each of the robot's search postures.
+        The search starts from `start`, if given, and then from each of the robot's search postures.
 
         Raises:
             UnreachablePoseError: No search reaches the pose within the joint limits.
@@ -60,7 +60,7 @@ class StartPosture:
         return self._solve(pose, ([start] if start is not None else []) + self._postures)
 
     def solve_near(self, pose: Pose, start: Array) -> Array:
-        """Return joint angles (nv,) [rad] for `pose` next to `start`, as at the end of a straight motion from there.
+        """Return joint angles (nv,) [rad] for `pose` near `start`, for example at the end of a straight motion.
 
         Raises:
             UnreachablePoseError: The search from `start` does not reach the pose within the joint limits.

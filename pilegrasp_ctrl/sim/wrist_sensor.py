@@ -1,4 +1,4 @@
-"""The force/torque sensor at the wrist: its calibrations, its faults and its reading."""
+"""The force/torque sensor at the wrist: calibrations, faults and reading."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from ..sections import SensorConfig
 from ..types import Array, MassProperties
 
 CHANNELS = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
-"""Names of the channels."""
+"""Names of the channels, in sensor axes."""
 
 UNITS = ("N", "N", "N", "N·m", "N·m", "N·m")
 """Units of the channels."""
 
 NOISE_BLOCK = 512
-"""Readings whose faults are drawn at once [-], chosen; single draws would be much slower."""
+"""Number of readings whose faults are drawn at once [-], chosen; single draws would be much slower."""
 
 
 class SensorCalibration(NamedTuple):
-    """A calibration of the ATI Gamma; channels are Fx, Fy, Fz, Tx, Ty, Tz in sensor axes.
+    """Calibration of the ATI Gamma; channels are Fx, Fy, Fz, Tx, Ty, Tz in sensor axes.
 
     Attributes:
-        name: Name by the vendor, which states the ranges of Fx and of the torques.
-        range: Largest load (6,) that a channel shows, either way [N, N·m].
-        resolution: Step (6,) of a channel [N, N·m].
+        name: Vendor's name, which contains the ranges of Fx and of the torques.
+        range: (6,) largest load of each channel in both directions [N, N·m].
+        resolution: (6,) step of each channel [N, N·m].
     """
 
     name: str
@@ -67,17 +67,17 @@ CALIBRATIONS = {
         _calibration("SI-130-10", (130.0, 400.0, 10.0), (40.0, 20.0, 800.0)),
     )
 }
-"""Calibrations by name, after ATI Industrial Automation's tables; `docs/sensor.md` states how they were checked."""
+"""Calibrations by name, from ATI Industrial Automation's tables; `docs/sensor.md` describes how they were checked."""
 
 
 class WristSensor:
     """Reads the wrench of the environment on the hand, at the flange's origin, in world axes, linear part first.
 
-    MuJoCo's sensors give the wrench of the flange on the tool. At rest that balances the environment's wrench and the
-    tool's weight. The weight of the nominal tool is removed, its inertial force is not (0.2 N at 0.5 m/s²).
+    MuJoCo's sensors give the wrench of the flange on the tool. At rest it balances the environment's wrench and the
+    tool's weight. The weight of the nominal tool is removed, but not its inertial force (0.2 N at 0.5 m/s²).
 
-    The steps follow the instrument. It measures the load about the centre of the sensor's tool side, in sensor axes,
-    tool weight included; offset, drift and noise are added, then the calibration's range and steps. Software then
+    The steps are those of the instrument. It measures the load about the centre of the sensor's tool side, in sensor
+    axes, including the tool's weight. Offset, drift and noise are added, then range and steps are applied. Software
     removes the tool's weight and the tare, changes to world axes, and applies the low-pass. `docs/sensor.md` gives the
     source of every number.
 
@@ -102,8 +102,8 @@ class WristSensor:
             config: Calibration and faults.
             period: Control period, in which `read` is called once [s].
             seed: Seed of offset, drift and noise.
-            axes: Rotation (3, 3) from the scene's axes to those that the arm takes for the world's; the identity if
-                None.
+            axes: (3, 3) rotation from the scene's axes to those that the arm takes for the world's; None means the
+                identity.
         """
         first = int(model.sensor("wrist_force").adr[0])
         self._channels = slice(first, first + 6)
@@ -114,10 +114,10 @@ class WristSensor:
         shift = np.eye(6)
         housing = model.geom("sensor")
         shift[3:, :3] = _cross(np.array([0.0, 0.0, housing.pos[2] + housing.size[1]]))
-        # The minus turns the wrench of the flange on the tool into that on the flange.
+        # The minus converts the wrench on the tool into the wrench on the flange.
         self._to_steps = -np.linalg.inv(shift) / self._calibration.resolution[:, None]
         self._from_steps = shift * self._calibration.resolution
-        # Correction of the tool's weight, as a linear map of the vertical in sensor axes.
+        # Correction of the tool's weight, linear in the vertical in sensor axes.
         mass = tool.mass * (1.0 + config.tool_mass_error)
         gravity = np.linalg.norm(model.opt.gravity)
         self._axes = np.eye(3) if axes is None else axes
@@ -143,8 +143,8 @@ class WristSensor:
     def read(self, data: mujoco.MjData) -> Array:
         """Average the samples since the last call, measure, compensate and filter; call it once a control period.
 
-        Without the average, a contact that chatters from step to step might be read at its crests only. A channel at
-        its range stays there, and `saturated` names it until the next tare.
+        Without the average, a contact that chatters from step to step might be read only at its peaks. A channel at its
+        range is limited to it, and `saturated` names the channel until the next tare.
 
         Returns:
             The wrench (6,) [N, N·m].
@@ -157,7 +157,7 @@ class WristSensor:
         steps += self._faults()
         np.rint(steps, steps)
         lateral, axial, moment = self._limits
-        # Plain floats: numpy would take several times as long for six numbers.
+        # Plain floats, because numpy takes several times as long for six numbers.
         a, b, c, d, e, f = steps.tolist()
         if not (
             -lateral < a < lateral
@@ -177,10 +177,10 @@ class WristSensor:
         return self._filtered
 
     def tare(self, data: mujoco.MjData) -> None:
-        """Make the present reading the zero; call it at rest, when nothing touches the hand.
+        """Set the zero to the present reading; call it at rest, while nothing touches the hand.
 
-        The zero is kept in sensor axes, where the offset is constant, so that the hand may turn afterwards. It is the
-        value of the low-pass, not one noisy sample.
+        The zero is in sensor axes, in which the offset is constant, so that the hand may turn afterwards. It is the
+        output of the low-pass, not one noisy sample.
         """
         held = self.read(data) if self._filtered is None else self._filtered
         rotation = self._rotation(data)
@@ -189,11 +189,11 @@ class WristSensor:
         self.saturated = None
 
     def _rotation(self, data: mujoco.MjData) -> Array:
-        """Return the sensor's rotation (3, 3) by encoders and base."""
+        """Return the sensor's rotation (3, 3) to the world, as encoders and base give it."""
         return self._axes.dot(data.site_xmat[self._site].reshape(3, 3))
 
     def _saturate(self, steps: Array) -> None:
-        """Limit the channels to their ranges, in place, and note the first that is there; NaN is not noted."""
+        """Limit the channels to their ranges, in place, and store the first saturated one; NaN is not reported."""
         self.saturated = self.saturated or self._calibration.find_saturated(steps)
         limits = self._calibration.limits()
         np.clip(steps, -limits, limits, out=steps)

@@ -1,4 +1,4 @@
-"""Does the engine do what was asked? Restitution from a drop, friction from an incline, energy of a bounce."""
+"""Contacts in the engine: restitution of a drop, friction on an incline, energy of a bounce."""
 
 import math
 from dataclasses import replace
@@ -57,7 +57,7 @@ def rebounds(objects, surface, height, timestep=1e-3):
 @pytest.mark.parametrize("name", ["light_sphere", "heavy_sphere", "cube", "cylinder"])
 def test_a_dropped_object_rebounds_with_its_restitution(name, height, timestep):
     objects = object_model(name)
-    # The impact falls anywhere between two steps; the mean over phases is what a pile sees.
+    # An impact can happen at any moment between two steps, so the mean over the phases counts.
     got = rebounds(objects, objects.surface, height, timestep)
     assert np.mean(got) == pytest.approx(objects.surface.restitution, abs=0.03)
     assert max(got) < 1.0
@@ -65,7 +65,7 @@ def test_a_dropped_object_rebounds_with_its_restitution(name, height, timestep):
 
 @pytest.mark.parametrize("height", [0.1, 0.5])
 @pytest.mark.parametrize("asked", [0.3, 0.5, 0.7, 0.9])
-def test_restitution_over_the_whole_range(asked, height):
+def test_a_dropped_ball_has_the_restitution_that_was_asked_for(asked, height):
     got = rebounds(OBJECT_MODELS["light_sphere"], Surface(0.6, 0.001, 0.001, asked, rank=1), height)
     assert np.mean(got) == pytest.approx(asked, abs=0.03)
 
@@ -87,7 +87,7 @@ def test_small_steps_lead_to_the_law_of_the_continuous_contact(zeta):
     assert restitution_of(zeta, 0.002) == pytest.approx(law, abs=1e-3)
 
 
-def test_a_restitution_of_zero_does_not_become_a_kick():
+def test_a_restitution_of_zero_does_not_reverse_the_velocity():
     """Beyond 0.5 / step the damper alone reverses the velocity within a step, and the bounce grows again."""
     for timestep in (5e-4, 1e-3, 2e-3):
         step = NATURAL_FREQUENCY * timestep
@@ -136,7 +136,7 @@ def slide_on_the_table(angle, rule, mu):
 @pytest.mark.parametrize(
     ("rule", "mu", "expected"), [("paper", 0.4, 0.4), ("product", 0.8, 0.2), ("maximum", 0.1, 0.25)]
 )
-def test_the_table_is_as_smooth_as_the_wood_of_the_measurement(rule, mu, expected):
+def test_objects_slip_on_the_table_at_the_friction_angle_of_smooth_wood(rule, mu, expected):
     """Cross (2002) measured the objects against smooth wood, whose sliding coefficient is 0.25."""
     angle = math.atan(expected) + math.radians(5.0)
     free = 0.5 * 0.5**2 * GRAVITY
@@ -173,7 +173,7 @@ def test_a_resting_ball_sags_by_twenty_micrometers():
     assert ball.half_size[0] - data.qpos[2] == pytest.approx(20e-6, rel=0.1)
 
 
-def test_a_pressed_fingertip_sinks_by_two_millimeters_only():
+def test_a_pressed_fingertip_sinks_by_two_millimeters():
     """A tip of 5 g under 20 N; with the contact of an object it would be 9 mm."""
     tip = replace(object_model("light_sphere"), mass=0.005, half_size=(0.0035,))
     for rank, depth in ((2, 0.0019), (1, 0.0089)):
@@ -211,7 +211,7 @@ def test_a_ball_comes_to_rest():
     assert np.abs(data.qvel).max() < 1e-3
 
 
-def test_the_three_rules_differ_as_their_names_say():
+def test_the_three_rules_combine_coefficients_as_documented():
     hand = Surface(0.5, 0.001, 0.001, 0.8, rank=2)
     ball = SMOOTH
     assert combine(hand, ball, "paper") == hand
@@ -225,7 +225,7 @@ def test_the_three_rules_differ_as_their_names_say():
         assert combine(hand, SUPPORT, rule).restitution == 0.0
 
 
-def test_restitution_is_the_papers_line_in_the_mass():
+def test_the_restitution_is_the_papers_linear_function_of_the_mass():
     assert restitution_for_mass(0.060) == pytest.approx(0.72)
     assert restitution_for_mass(0.180) == pytest.approx(0.37)
     assert restitution_for_mass(0.720) == 0.0

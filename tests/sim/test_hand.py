@@ -126,7 +126,7 @@ def test_the_shovel_is_as_wide_as_the_hand_and_rigid():
     np.testing.assert_allclose(edge, tool.translation, atol=1e-9)
 
 
-def test_an_unknown_hand_is_named():
+def test_the_error_names_an_unknown_hand():
     with pytest.raises(ModelError, match="gripper"):
         Hand.load("gripper")
 
@@ -134,7 +134,7 @@ def test_an_unknown_hand_is_named():
 def test_the_outline_spans_the_hand_in_its_tool_frame():
     soft, rigid = (Hand.load(name).outline() for name in ("rbo_hand2", "shovel"))
     least, greatest = (soft[:, :3] - soft[:, 3:]).min(axis=0), (soft[:, :3] + soft[:, 3:]).max(axis=0)
-    # From the gap of ring and middle finger the thumb reaches to the right, the little finger to the left.
+    # Seen from the gap between ring and middle finger, the thumb is on the right and the little finger on the left.
     assert least[1] == pytest.approx(-0.145, abs=2e-3)
     assert greatest[1] == pytest.approx(0.046, abs=2e-3)
     assert greatest[0] == pytest.approx(0.0, abs=0.01)

@@ -69,7 +69,7 @@ def test_the_mjcf_follows_from_robot_toml(name):
         ("shovel", "hand", "finger_angle_deg", "body_quat"),
     ],
 )
-def test_a_changed_parameter_is_found(name, table, key, field):
+def test_a_changed_parameter_is_a_difference_to_the_mjcf(name, table, key, field):
     hand = Hand.load(name)
     parameters = copy.deepcopy(hand.parameters)
     parameters[table][key] *= 1.02

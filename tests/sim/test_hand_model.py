@@ -1,4 +1,4 @@
-"""A scenario varies the uncertain numbers of the hand and of the objects, each alone."""
+"""Factors of a scenario on the uncertain numbers of the hand and of the objects."""
 
 import mujoco
 import numpy as np
@@ -19,7 +19,7 @@ RIGID = ("friction", "restitution", "sensor_mass")
 
 
 def changes(hand, model):
-    """The numbers of robot.toml that a model changes, with the ratio."""
+    """Return the numbers of robot.toml that a model changes, with their ratio."""
     shipped, varied = flatten(Hand.load(hand).parameters), flatten(Hand.load(hand, model).parameters)
     return {key: varied[key] / shipped[key] for key in shipped if varied[key] != shipped[key]}
 
@@ -32,7 +32,7 @@ def test_a_factor_multiplies_its_numbers_and_no_other(factor):
     assert list(found.values()) == pytest.approx([value] * len(found))
 
 
-def test_every_key_has_an_effect():
+def test_every_key_of_the_hand_model_has_an_effect():
     assert {*SCALED, *REPLACED} == set(HandModelConfig.model_fields)
 
 
@@ -48,7 +48,7 @@ def test_the_shovel_rejects_the_keys_of_a_soft_hand(factor):
         build_scenario({"hand": "shovel"}, {f"hand_model.{factor}": 0.8})
 
 
-def test_a_factor_out_of_range_is_named():
+def test_the_error_names_a_factor_out_of_range():
     with pytest.raises(ConfigurationError, match=r"hand_model\.friction = 9 is not allowed: it must be at most 5"):
         build_scenario({}, {"hand_model.friction": 9})
 
@@ -65,7 +65,7 @@ def test_the_factors_enter_the_hash_and_the_simulated_model():
     assert model.pair_friction[pair, 0] == pytest.approx(0.7 * numbers["surface"]["lateral"])
 
 
-def test_the_objects_friction_is_a_factor_too():
+def test_the_friction_factor_changes_all_friction_of_the_objects():
     shipped = objects_of(load_scenario("spheres_wall").pile)
     varied = objects_of(load_scenario("spheres_wall", {"pile.friction": 0.5}).pile)
     for name in ("lateral", "spinning", "rolling"):
@@ -85,7 +85,7 @@ def benches():
     return [HandBench.build(Hand.load("rbo_hand2", model)) for model in models]
 
 
-def test_inflation_stiffens_and_leaves_the_closed_hands_shape(benches):
+def test_inflation_stiffness_does_not_change_the_shape_of_the_closed_hand(benches):
     plain, stiffened = benches
     assert hand_bench.free_bend(stiffened) == pytest.approx(hand_bench.free_bend(plain), abs=1e-3)
     assert hand_bench.stiffness(stiffened) == pytest.approx(hand_bench.stiffness(plain), rel=1e-6)
@@ -93,7 +93,7 @@ def test_inflation_stiffens_and_leaves_the_closed_hands_shape(benches):
 
 
 def test_inflation_stiffness_is_a_share_of_the_springs(benches):
-    """Equal moments bend all joints alike, so that they meet spring and air side by side."""
+    """Equal moments bend all joints equally, so springs and air act in parallel."""
     _, bench = benches
     numbers = bench.hand.parameters["pneumatics"]
     closure, share = 0.5, numbers["inflation_stiffness"]

@@ -1,4 +1,4 @@
-"""Net-bags: free within their length, taut beyond it, never pushing; and a pile of them."""
+"""Net-bags: free within their length, taut beyond it, never pushing, and a pile of them."""
 
 import math
 
@@ -59,7 +59,7 @@ def test_beyond_its_length_the_net_is_taut():
     velocity = data.qvel.reshape(3, 6)
     assert velocity[0, 0] < 0.4
     assert velocity[1:, 0].min() > 0.02
-    # Inner forces change no momentum.
+    # Internal forces do not change the momentum.
     np.testing.assert_allclose(velocity[:, :3].sum(axis=0), [0.5, 0.0, 0.0], atol=1e-6)
 
 
@@ -110,7 +110,7 @@ def test_a_pile_of_nets_settles_within_their_length():
     assert poses[:, 2].min() > 0.0235
 
 
-def test_the_count_counts_single_limes():
+def test_pile_count_is_the_number_of_single_limes():
     with pytest.raises(ConfigurationError, match=r"pile.count = 7 counts single objects, .* holds 3; make it 6 or 9$"):
         objects_of(PileConfig(object="lime_net", count=7))
     with pytest.raises(ConfigurationError, match=r"make it 3$"):

@@ -96,7 +96,7 @@ def test_a_mesh_lies_about_its_centre_of_mass_and_is_drawn(tmp_path):
     )
 
 
-def test_a_hull_keeps_two_hundred_vertices_at_most_and_nearly_its_volume(tmp_path):
+def test_a_hull_has_at_most_two_hundred_vertices_and_nearly_its_volume(tmp_path):
     points = np.random.default_rng(0).normal(size=(1000, 3))
     points *= 20.0 / np.linalg.norm(points, axis=1, keepdims=True)
     write_mesh(tmp_path / "ball.obj", points, ConvexHull(points).simplices.tolist())
@@ -170,11 +170,11 @@ FLAT = [(0, 0, 0), (40, 0, 0), (0, 40, 0), (40, 40, 0)]
     ("name", "keys", "sentence"),
     [
         ("nowhere.stl", {}, r"nowhere.stl: no such mesh$"),
-        ("flat.obj", {}, r"flat.obj: cannot be used as a mesh, .* coplanar"),
+        ("flat.obj", {}, r"flat.obj: cannot be used as a mesh; .* coplanar"),
         (
             "text.stl",
             {},
-            r"text.stl: cannot be used as a mesh, which must be a body with a volume in binary STL or OBJ",
+            r"text.stl: cannot be used as a mesh; it must be a body with a volume in binary STL or OBJ",
         ),
         ("brick.ply", {}, r"brick.ply: a mesh must be one of .stl, .obj"),
         ("brick.obj", {"unit": "m"}, r"the mesh measures 30 to 60 m across, .* check unit and scale"),
@@ -191,7 +191,7 @@ def test_a_mesh_that_cannot_be_used_is_one_sentence(tmp_path, name, keys, senten
     assert "\n" not in str(error.value)
 
 
-def test_a_stated_restitution_stays_and_the_papers_follows_the_mass(tmp_path):
+def test_a_stated_restitution_is_fixed_and_the_papers_follows_the_mass(tmp_path):
     stiff = str(write_ball(tmp_path, "stiff", restitution=0.1, friction={"lateral": 0.2}))
     assert object_model(stiff, mass=0.06).surface.restitution == 0.1
     assert object_model(stiff).surface.lateral == 0.2
@@ -200,7 +200,7 @@ def test_a_stated_restitution_stays_and_the_papers_follows_the_mass(tmp_path):
     assert object_model(plain, mass=0.06).surface.restitution == pytest.approx(0.72)
 
 
-def test_a_file_has_variants_as_table_one_has(tmp_path):
+def test_a_file_can_have_the_variants_of_table_one(tmp_path):
     file = str(write_ball(tmp_path, sim={"radius": 0.03}))
     assert object_model(file).half_size == (0.02,)
     assert object_model(file, variant="sim").half_size == (0.03,)
@@ -208,7 +208,7 @@ def test_a_file_has_variants_as_table_one_has(tmp_path):
         object_model(file, variant="literal")
 
 
-def test_the_hash_of_a_scenario_holds_the_contents_of_object_and_mesh(tmp_path):
+def test_the_hash_of_a_scenario_depends_on_the_content_of_object_and_mesh(tmp_path):
     def digest():
         return build_scenario({"pile": {"object": str(tmp_path / "thing.toml")}}).config_hash()
 
@@ -230,7 +230,7 @@ def test_the_hash_of_a_scenario_holds_the_contents_of_object_and_mesh(tmp_path):
     assert len(variants) == 3
 
 
-def test_a_scenario_finds_its_object_beside_itself(tmp_path, monkeypatch):
+def test_the_path_of_an_object_is_relative_to_the_scenario_file(tmp_path, monkeypatch):
     write_ball(tmp_path, "pea")
     (tmp_path / "peas.toml").write_text('[pile]\nobject = "pea.toml"\n')
     objects = objects_of(load_scenario(tmp_path / "peas.toml").pile)
@@ -261,7 +261,7 @@ def test_a_mix_of_files_counts_in_the_hash_with_their_content(tmp_path):
     assert mixed.config_hash() != before
 
 
-def test_a_plus_in_a_folders_name_joins_nothing(tmp_path):
+def test_a_plus_in_the_name_of_a_folder_is_part_of_the_path(tmp_path):
     folder = tmp_path / "c++"
     folder.mkdir()
     (folder / "pea.toml").write_text('shape = "sphere"\nradius = 0.02\nmass = 0.02\n')

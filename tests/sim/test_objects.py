@@ -55,7 +55,7 @@ def test_sizes_and_masses_are_those_of_table_one(name, variant):
     assert (objects.surface.lateral, objects.surface.spinning, objects.surface.rolling) == skin
 
 
-def test_every_object_and_variant_of_table_one_is_there():
+def test_every_object_and_variant_of_table_one_ships():
     assert {name for name, _ in TABLE} == set(OBJECT_MODELS) == set(object_files())
     for name in ("apple", "lime", "lime_net"):
         with pytest.raises(ConfigurationError, match=r"no variant 'sim'; pile\.variant can be 'real' or 'literal'$"):
@@ -82,7 +82,7 @@ def test_moments_of_inertia_follow_the_closed_formulas(name):
     np.testing.assert_allclose(np.sort(model.body_inertia[1]), np.sort(expected), rtol=1e-12)
 
 
-def test_the_hollow_ball_lies_between_a_solid_one_and_a_shell():
+def test_the_inertia_of_the_hollow_ball_is_between_those_of_a_solid_ball_and_a_shell():
     # Cross's 0.55 is a ball of 67 mm with a wall of 7 mm: 2/5 (R^5 - r^5) / (R^3 - r^3) / R^2.
     outer, inner = 0.0335, 0.0335 - 0.007
     thick = 0.4 * (outer**5 - inner**5) / (outer**3 - inner**3) / outer**2
@@ -120,7 +120,7 @@ APPLES = (
 
 
 def test_two_apples_that_touch_are_not_thrown_apart():
-    # A pose, met in a push, in which MuJoCo's own search sees 14 mm of overlap where there are 0.015 mm.
+    # In this pose, from a push, MuJoCo's own search reports 14 mm of overlap instead of 0.015 mm.
     objects = OBJECT_MODELS["apple"]
     model = compile_objects(objects, 2)
     data = mujoco.MjData(model)
@@ -144,7 +144,7 @@ def test_the_page_of_objects_holds_the_table_and_an_object_that_loads(tmp_path):
     )
 
 
-def test_pairs_of_a_mix_have_the_coefficients_of_their_two_objects():
+def test_a_pair_of_a_mix_has_the_coefficients_of_its_two_objects():
     scenario = load_scenario("spheres_wall", {"pile.object": "light_sphere+heavy_sphere", "pile.count": 3})
     objects = objects_of(scenario.pile)
     layout = make_layout(scenario.support, scenario.pile, objects.diameter)

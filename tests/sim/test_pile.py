@@ -67,7 +67,7 @@ def test_the_same_seed_gives_the_same_bits_with_and_without_the_cache(own_cache,
     assert np.abs(first - other).max() > 0.01
 
 
-def test_a_pile_elsewhere_is_another_pile(own_cache, monkeypatch):
+def test_another_position_of_the_pile_gives_another_cache_file(own_cache, monkeypatch):
     settled(count=3)
     monkeypatch.setattr("pilegrasp_ctrl.planning.layout.WALL_DISTANCE", WALL_DISTANCE - 0.1)
     _, layout, there = settled(count=3)
@@ -83,7 +83,7 @@ def test_a_damaged_cache_file_is_replaced(own_cache):
     np.testing.assert_array_equal(first, again)
 
 
-def test_a_cache_that_cannot_be_written_does_not_matter(tmp_path, monkeypatch):
+def test_a_pile_needs_no_writable_cache(tmp_path, monkeypatch):
     blocked = tmp_path / "file"
     blocked.write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
@@ -130,7 +130,7 @@ def test_the_papers_simulated_cubes_fit_into_its_frame():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["apple", "lime", "cylinder"])
-def test_no_contact_comes_out_of_nowhere(name, monkeypatch):
+def test_no_contact_is_deep_from_one_step_to_the_next(name, monkeypatch):
     """A body at 3 m/s gets 3 mm deeper in a step; MuJoCo's own search reports 14 mm and more, all at once."""
     before: dict[tuple[int, int], float] = {}
     jumps = []
@@ -198,7 +198,7 @@ def test_a_pile_that_does_not_come_to_rest_is_dropped_again():
     assert np.abs(poses[:, :2] - layout.frame_center).max() < 0.5
 
 
-def test_a_pile_that_creeps_has_not_come_to_rest(monkeypatch):
+def test_a_creeping_pile_is_not_at_rest(monkeypatch):
     monkeypatch.setattr(pile, "MAX_DRIFT", 0.0)
     with pytest.raises(PileError, match="did not stay"):
         settled(count=3)
@@ -214,7 +214,7 @@ def test_a_pile_that_creeps_has_not_come_to_rest(monkeypatch):
         pytest.param("lime_net", 1, 1e-3, marks=pytest.mark.slow),
     ],
 )
-def test_a_heap_in_the_tilted_bin_stays_until_the_hand_comes(name, seed, within):
+def test_a_heap_in_the_tilted_bin_stays_at_rest_for_the_time_of_an_approach(name, seed, within):
     config = PileConfig(object=name, count=15 if name == "lime_net" else 18)
     objects = objects_of(config)
     layout = make_layout(SupportConfig(bin=True, tilt_deg=5.0), config, objects.diameter)
@@ -269,8 +269,8 @@ def dropped(name, count=18, seed=0, size=0.25):
         ("lime_net", 3, "1ae9481b2ef5a631"),
     ],
 )
-def test_a_pile_keeps_its_bits_as_long_as_the_cache_has_this_version(name, count, digest):
-    """Every constant of frame, drop, contact and scene counts in these bits."""
+def test_a_pile_has_the_same_bits_in_this_version_of_the_cache(name, count, digest):
+    """These bits depend on every constant of frame, drop, contact and scene."""
     assert pile.CACHE_VERSION == 18
     assert hashlib.sha256(dropped(name, count)[1].poses.tobytes()).hexdigest()[:16] == digest
 
@@ -284,13 +284,13 @@ def test_the_packing_density_is_that_of_the_frame_before_it_is_lifted(own_cache)
 
 
 @pytest.mark.slow
-def test_two_hundred_balls_hang_in_the_frame_and_settle():
+def test_two_hundred_balls_fit_into_the_frame_and_settle():
     _, heap = dropped("heavy_sphere", count=200, size=0.5)
     assert heap.poses.shape == (200, 7)
     assert heap.poses[:, 2].min() > 0.026
 
 
-def test_a_mix_takes_turns_and_settles():
+def test_a_mix_has_its_models_in_turn_and_settles():
     mix, heap = dropped("light_sphere+light_sphere+cube", count=9)
     assert [each.name for each in mix.assign_models(4)] == ["light_sphere", "light_sphere", "cube", "light_sphere"]
     assert heap.poses[:, 2].min() == pytest.approx(0.0225, abs=0.001)
@@ -312,7 +312,7 @@ def test_an_object_outside_the_frame_is_rejected():
         pile._check_inside(layout.frame_center + np.array([[0.12, 0.12], [0.0, 0.0]]), layout)
 
 
-def test_a_settled_pile_that_overlaps_is_refused(monkeypatch):
+def test_a_settled_pile_that_overlaps_is_rejected(monkeypatch):
     monkeypatch.setattr(pile, "MAX_RESTING_PENETRATION", 1e-9)
     with pytest.raises(PileError, match=r"overlap by 0\.0 mm; take another seed"):
         settled(count=3)

@@ -1,4 +1,4 @@
-"""The check for collisions with a crate: hands below the rim may touch, hands at the rim and other parts may not."""
+"""Collisions with a crate: hands may touch its walls below the rim, and nothing else may touch them."""
 
 import mujoco
 import numpy as np
@@ -28,7 +28,7 @@ def scene():
 
 
 def touching(scene, part, height):
-    """The state in which `part` touches the wall at `height`; the others are far away."""
+    """Return the state in which `part` touches the wall at `height`; the other parts are far away."""
     data = mujoco.MjData(scene.model)
     positions = data.qpos.reshape(len(PARTS), 7)[:, :3]
     positions[:] = np.arange(4.0)[:, None] + 5.0

@@ -1,4 +1,4 @@
-"""The compiled scene: the order of its parts, every contact pair, the numerics, and what of it is drawn."""
+"""The compiled scene: order of its parts, contact pairs, numerics and drawn bodies."""
 
 from itertools import combinations, product
 from types import SimpleNamespace
@@ -35,7 +35,7 @@ def built(request):
 
 
 def pairs_of(model):
-    """The explicit contact pairs, by the names of their geoms."""
+    """Return the explicit contact pairs by the names of their geoms."""
     names = [
         [model.geom(int(geom)).name for geom in (model.pair_geom1[i], model.pair_geom2[i])] for i in range(model.npair)
     ]
@@ -108,11 +108,11 @@ def with_objects_far_away(built):
 
 
 def touching(model, data):
-    """Names of the bodies that are in contact."""
+    """Return the names of the bodies in contact."""
     return {model.body(int(model.geom_bodyid[geom])).name for pair in data.contact.geom for geom in pair}
 
 
-def test_an_arm_in_the_table_collides_except_at_its_base(built):
+def test_an_arm_below_the_table_top_collides_except_at_its_base(built):
     data, _ = with_objects_far_away(built)
     assert data.ncon == 0
     data.qpos[:7] = [0.0, 1.9, 0.0, 0.0, 0.0, 0.0, 0.0]
@@ -149,7 +149,7 @@ def test_a_pair_has_the_coefficients_of_its_two_bodies(rule):
         assert model.pair_dim[pair] == condim
 
 
-def test_the_numerics_are_the_scenarios():
+def test_the_numerics_are_those_of_the_scenario():
     option = scene_of(**{"sim.timestep": 0.0005}).scene.model.opt
     assert option.timestep == 0.0005
     assert option.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST

@@ -21,7 +21,7 @@ UPRIGHT, LYING = (0.0, 0.0, 0.0), (0.0, np.pi / 2.0, 0.0)
 
 
 class Bench:
-    """The shovel, which does not bend, on its sensor and on a flange that stays where it is turned to."""
+    """The rigid shovel and its sensor on a flange that keeps its orientation."""
 
     def __init__(self, seed=0, turned=UPRIGHT, period=0.002, **config):
         self.hand = Hand.load("shovel")
@@ -42,7 +42,7 @@ class Bench:
         mujoco.mj_forward(self.model, self.data)
 
     def read(self, force=(0, 0, 0), torque=(0, 0, 0)):
-        """The reading under a force at the middle of the tool side, and a torque, both in world axes."""
+        """Return the reading under a force at the middle of the tool side and a torque, both in world axes."""
         face = self.data.site("wrist_sensor").xpos + TOOL_SIDE * self.axis
         body = self.model.body("sensor").id
         lever = face - self.data.xipos[body]
@@ -100,7 +100,7 @@ def test_a_channel_moves_in_whole_steps(name, channel):
 @pytest.mark.parametrize("name", CALIBRATIONS)
 @pytest.mark.parametrize("channel", range(6))
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
-def test_a_channel_beyond_its_range_is_flagged_and_held(name, channel, sign):
+def test_a_channel_beyond_its_range_is_reported_and_limited(name, channel, sign):
     end = CALIBRATIONS[name].range[channel]
     bench = Bench(calibration=name)
     weight = bench.hand.mass_properties().mass * GRAVITY
@@ -115,7 +115,7 @@ def test_a_channel_beyond_its_range_is_flagged_and_held(name, channel, sign):
     assert abs(held[channel]) < abs(above).max()
 
 
-def test_the_flag_stays_until_the_tare():
+def test_saturation_is_reported_until_the_next_tare():
     bench = Bench(calibration="SI-32-2.5")
     bench.read((40.0, 0.0, 0.0))
     bench.read((0.0, 40.0, 0.0))
@@ -127,7 +127,7 @@ def test_the_flag_stays_until_the_tare():
 
 
 def test_the_tools_weight_uses_a_part_of_the_range():
-    """Lying, Fx carries the tool: what is left of 32 N is less downwards and more upwards."""
+    """On a level hand, Fx carries the tool: its range of 32 N is smaller downwards and larger upwards."""
     weight = Hand.load("shovel").mass_properties().mass * GRAVITY
     push = 32.0 - 0.5 * weight
     up, down = (Bench(turned=LYING, calibration="SI-32-2.5") for _ in range(2))
@@ -137,7 +137,7 @@ def test_the_tools_weight_uses_a_part_of_the_range():
     assert down.sensor.saturated == "Fx beyond 32 N of SI-32-2.5"
 
 
-def test_torques_count_about_the_tool_side():
+def test_the_torque_range_counts_about_the_tool_side():
     """60 N through the flange's origin are 2.9 N·m about the tool side; the wrench is stated at the flange."""
     bench = Bench(calibration="SI-65-5")
     wrench = bench.read((60.0, 0.0, 0.0), (0.0, -TOOL_SIDE * 60.0, 0.0))
@@ -174,7 +174,7 @@ def test_the_tare_removes_the_offset_at_any_tilt(tilt):
     np.testing.assert_allclose(bench.read((3.0, -2.0, 1.0))[:3], [3.0, -2.0, 1.0], atol=0.03)
 
 
-def test_the_drift_grows_evenly_and_goes_on_after_a_tare():
+def test_the_drift_is_linear_in_time_and_continues_after_a_tare():
     bench, calm = Bench(seed=5, drift=0.05, period=0.02), Bench(seed=5, period=0.02)
     bench.sensor.tare(bench.data)
     calm.sensor.tare(calm.data)
@@ -198,7 +198,7 @@ def test_the_noise_is_the_same_with_and_without_an_offset():
 
 
 @pytest.mark.parametrize("error", [-0.1, 0.05])
-def test_a_wrong_tool_mass_shows_as_weight_and_the_tare_hides_it_at_one_tilt_only(error):
+def test_a_wrong_tool_mass_reads_as_weight_and_the_tare_removes_it_at_one_tilt_only(error):
     bench = Bench(tool_mass_error=error)
     weight = bench.hand.mass_properties().mass * GRAVITY
     np.testing.assert_allclose(bench.read()[:3], [0.0, 0.0, error * weight], atol=0.03)
@@ -287,8 +287,8 @@ def test_an_attempt_begins_with_a_tared_sensor():
     assert np.abs(result.recording.signals["wrench"][:, :3]).max() < 1.0
 
 
-def test_a_blow_while_the_arm_is_at_rest_fails_the_first_primitive(monkeypatch):
-    """The tare clears the sensor's flag; what it took as zero cannot be trusted all the same."""
+def test_an_impact_before_the_start_fails_the_first_primitive(monkeypatch):
+    """The tare clears the sensor's saturation, but its zero is wrong."""
     step = Simulation.step
 
     def struck(simulation):

@@ -1,4 +1,4 @@
-"""A floor whose slope differs from the known one: what the arm touches, what it reads, and how it is judged."""
+"""A floor whose slope differs from the known one: touch-down, reading and judgement."""
 
 import hashlib
 import json
@@ -39,7 +39,7 @@ def wrong_by(error, tilt=0.0):
 def test_a_positive_error_is_a_floor_that_rises_toward_the_support(tilt):
     layout = known(tilt)
     scene_to_known = layout.with_rising_floor(ERROR).transform_from(layout).inverse()
-    # Seen from where the floor is thought to be: the foot is in its place, and before it the floor lies lower.
+    # Seen from the known floor, the support's lower edge is in its place, and the floor before it is lower.
     for before in (0.0, 0.2, 0.4):
         seen = scene_to_known @ Pose(np.array([layout.support_distance - before, 0.1, 0.0]))
         expected = [layout.support_distance - before * math.cos(ERROR), 0.1, -before * math.sin(ERROR)]
@@ -49,7 +49,7 @@ def test_a_positive_error_is_a_floor_that_rises_toward_the_support(tilt):
 
 
 @pytest.mark.parametrize("tilt", [0.0, 5.0])
-def test_without_an_error_nothing_rotates_not_even_by_rounding(tilt):
+def test_without_an_error_the_transform_is_exactly_the_identity(tilt):
     layout = known(tilt)
     assert repr(layout.with_rising_floor(0.0)) == repr(layout)
     transform = layout.with_rising_floor(0.0).transform_from(layout)
@@ -96,11 +96,11 @@ def test_the_arm_is_where_it_is_planned_except_for_the_floor(attempt):
     flange = data.site("flange").xmat.reshape(3, 3)
     np.testing.assert_allclose(seen.rotation, flange @ tool.rotation, atol=1e-9)
     np.testing.assert_allclose(seen.translation, data.site("flange").xpos + flange @ tool.translation, atol=1e-9)
-    # It stands upright, and knows it.
+    # The arm is upright and uses the known gravity.
     np.testing.assert_allclose(data.qfrc_bias[:7], state.h, atol=1e-3)
 
 
-def test_a_kilogram_reads_along_the_gravity_that_the_arm_knows(attempt):
+def test_a_kilogram_reads_along_the_known_gravity(attempt):
     simulation, arm = attempt.simulation, attempt.arm
     model = simulation.scene.model
     setpoint = Setpoint(Reference(attempt.plan.start), attempt.plan.closure)
@@ -137,7 +137,7 @@ def test_the_approach_finds_the_floor_where_it_is(pushes):
     level = touch_down(pushes[0.0])
     for error in (-2.0, 2.0):
         assert touch_down(pushes[error])[2] == pytest.approx(level[2], abs=1e-3)
-        # The tool's path is down to the floor, and the floor lies lower before a foot toward which it rises.
+        # The tool's path ends at the floor. A floor that rises toward the support is lower before it.
         longer = pushes[error].outcomes[0].travel - pushes[0.0].outcomes[0].travel
         assert longer == pytest.approx((1.0 - level[0]) * math.tan(math.radians(error)), abs=1e-3)
         assert abs(longer) > 3e-3
@@ -157,7 +157,7 @@ def test_recorded_positions_are_those_of_the_scene(pushes):
 
 
 @pytest.mark.slow
-def test_an_unknown_rise_of_the_floor_presses_on_a_shovel_that_keeps_its_height(pushes):
+def test_an_unknown_rise_of_the_floor_presses_on_a_shovel_at_constant_height(pushes):
     mean = {error: table_force(result.recording)["mean"] for error, result in pushes.items()}
     assert mean[2.0] > mean[0.0] + 0.5
     assert all(result.success for result in pushes.values())

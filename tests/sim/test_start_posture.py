@@ -71,7 +71,7 @@ def test_a_straight_motion_ends_next_to_its_start_or_is_rejected(search):
     np.testing.assert_allclose(posture.solve_near(here.moved([0.02, 0.0, 0.0]), q), q, atol=0.15)
     with pytest.raises(UnreachablePoseError, match="cannot reach"):
         posture.solve_near(here.moved([0.8, 0.0, 0.0]), q)
-    # The search finds a posture of its own where none lies next to the start.
+    # The full search finds another posture if there is none near the start.
     rng, nowhere = np.random.default_rng(0), 0
     for start in rng.uniform(arm.q_lower, arm.q_upper, (8, 7)):
         assert np.isfinite(posture.solve(here, start)).all()

@@ -45,7 +45,7 @@ def test_gravity_points_down_the_slope_and_the_arm_is_upright(support, bin):
     np.testing.assert_allclose(layout.gravity, G * DOWN, atol=1e-12)
     base = layout.transform_base_to_world
     np.testing.assert_allclose(base.rotation[:, 2], -DOWN, atol=1e-12)
-    # The support's foot is where it is on a level floor, as the arm sees it.
+    # Seen from the arm, the support's lower edge is where it is on a level floor.
     foot = base.inverse().rotation @ [layout.support_distance, 0.0, 0.0] + base.inverse().translation
     np.testing.assert_allclose(foot, [layout.support_distance, 0.0, BASE_BELOW_TABLE], atol=1e-12)
     np.testing.assert_array_equal(layout_of(support, bin, tilt=0.0).gravity, [0.0, 0.0, -G])
@@ -53,7 +53,7 @@ def test_gravity_points_down_the_slope_and_the_arm_is_upright(support, bin):
 
 @pytest.mark.parametrize("solid", [True, False])
 def test_a_ball_rolls_down_by_the_formula_and_rests_at_the_low_wall(solid):
-    # As smooth as wood; the rolling friction of felt leaves a quarter of what drives a ball, and 5 % of that is little.
+    # With the rolling friction of wood. That of felt would leave a quarter of the driving force, of which 5 % is small.
     ball = object_model("heavy_sphere" if solid else "light_sphere").with_friction(0.5)
     radius, friction = ball.half_size[0], ball.surface.rolling
     model, data = rolling(ball, layout_of())
@@ -75,7 +75,7 @@ def test_a_ball_rolls_down_by_the_formula_and_rests_at_the_low_wall(solid):
 
 
 @pytest.mark.parametrize("name", ["heavy_sphere", "light_sphere"])
-def test_felt_still_lets_a_ball_roll_to_the_low_wall(name):
+def test_a_felt_ball_still_rolls_to_the_low_wall(name):
     model, data = rolling(object_model(name), layout_of())
     for _ in range(15600):
         mujoco.mj_step(model, data)
@@ -121,24 +121,24 @@ def test_both_engines_see_the_same_arm(attempt):
     tool = Hand.load("rbo_hand2").transform_tool_to_flange
     np.testing.assert_allclose(state.rotation, flange @ tool.rotation, atol=1e-9)
     np.testing.assert_allclose(state.pose.translation, data.site("flange").xpos + flange @ tool.translation, atol=1e-9)
-    # The soft fingers hang on springs, which moves the tool's centre of mass by a little.
+    # The soft fingers hang on springs, which moves the tool's centre of mass slightly.
     np.testing.assert_allclose(data.qfrc_bias[:7], state.h, atol=0.02)
 
 
-def test_at_another_slope_the_arm_carries_another_torque():
+def test_an_upright_arm_needs_the_same_torques_at_every_slope():
     level, tilted = (
         ArmModel.load(base=layout_of(tilt=tilt).transform_base_to_world, gravity=layout_of(tilt=tilt).gravity)
         for tilt in (0.0, 5.0)
     )
     q = np.array([0.3, 0.6, 0.1, 1.2, 0.2, 0.4, 0.1])
-    # Upright is upright: the joints feel the same, although every number of base and gravity differs.
+    # The numbers of base and gravity differ, but the torques do not.
     np.testing.assert_allclose(level.update(q, np.zeros(7)).h, tilted.update(q, np.zeros(7)).h, atol=1e-9)
     wrong = ArmModel.load(base=layout_of().transform_base_to_world)
     assert np.abs(wrong.update(q, np.zeros(7)).h - tilted.update(q, np.zeros(7)).h).max() > 0.5
 
 
 def hold(attempt, periods):
-    """Let the controller hold the start pose; return what is seen at the end."""
+    """Let the controller hold the start pose; return the last observation."""
     simulation, arm = attempt.simulation, attempt.arm
     setpoint = Setpoint(Reference(attempt.plan.start), attempt.plan.closure)
     simulation.apply(arm.update(simulation.observe().q, np.zeros(7)).h, setpoint.closure)

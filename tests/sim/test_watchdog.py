@@ -1,4 +1,4 @@
-"""The watchdog: which states stop a simulation, and the file of its last states."""
+"""The watchdog: states that stop a simulation, and the file of the last states."""
 
 import tempfile
 
@@ -37,7 +37,7 @@ def at_height(data, height):
 
 
 def stop(watchdog, data, match):
-    """Let the watchdog stop the simulation, and return what it says."""
+    """Let the watchdog stop the simulation, and return the error text."""
     with pytest.raises(SimulationError, match=match) as error:
         watchdog.check(data)
     assert "\n" not in str(error.value)
@@ -103,7 +103,7 @@ def test_a_contact_that_is_too_deep_stops_the_run(last_states, depth, stops):
     np.testing.assert_array_equal(load(last_states, text)["qpos"], [data.qpos])
 
 
-def test_the_hardest_impact_of_two_limes_from_a_dropped_bag_is_believed(last_states):
+def test_the_hardest_impact_of_two_limes_from_a_dropped_bag_is_accepted(last_states):
     spec = new_spec(0.001)
     add_objects(spec, objects_of(PileConfig(object="lime", count=2)), 2, [], "paper")
     data = mujoco.MjData(spec.compile())
