@@ -24,7 +24,7 @@ YIELDING_STIFFNESS = 0.06
 RAMP_TIME = 0.1
 """Duration of the change from position to force and back [s]; chosen."""
 UP = (0.0, 0.0, 1.0)
-"""Direction along which a hand presses on the table."""
+"""Default direction along which the hand yields to a desired force: the vertical."""
 _INDEPENDENT = 1e-9
 """Relative singular value above which a direction adds to the others; chosen."""
 

@@ -12,7 +12,7 @@ _ROUND_OFF = 1e-12
 
 
 class TorqueLimit:
-    """`|S (M a + offset)| <= limit`, where `offset` holds every torque except that of the acceleration.
+    """The limit `|S (M a + offset)| <= limit`; `offset` holds every torque except that of the acceleration.
 
     S is the identity if each joint has its own motor. In a differential two motors share two joints, and the torque
     left for one joint depends on the other's. With motor speeds `joint_to_motor v`, power is the same on both sides if

@@ -37,7 +37,9 @@ class Objective(NamedTuple):
 
 
 class FrameTask:
-    """Rows sqrt(weight) (J a + Jdot_v - wanted acceleration), world axes, linear axes first.
+    """The task of a wanted tool acceleration: rows sqrt(weight) (J a + Jdot_v - wanted), linear first.
+
+    Rows and weights are along the axes of the state's Jacobian.
 
     Attributes:
         sqrt_weight: (6,) Square roots of the weights; zero leaves an axis free.

@@ -15,7 +15,7 @@ POSTURE_WEIGHT = 1e-4
 
 
 class PostureTask:
-    """Rows sqrt(weight) (a - stiffness (q* - q) + damping v).
+    """The task of a preferred posture: rows sqrt(weight) (a - stiffness (q* - q) + damping v).
 
     The weight is small against the tool's, so this task decides only what the tool leaves free. For small accelerations
     it also bounds the joint accelerations near singular postures, as damped least squares do; `SingularDirections` does

@@ -142,7 +142,10 @@ def test_an_active_motor_limit_is_named_and_the_torques_stay_within_the_differen
         ({"joint_to_motor": np.eye(7)}, "go together"),
         ({"joint_to_motor": np.zeros((7, 7)), "motor_torque_limit": np.ones(7)}, "invertible"),
         ({"joint_to_motor": np.eye(7), "motor_torque_limit": np.zeros(7)}, "positive"),
-        ({"joint_to_motor": np.eye(7) + np.eye(7, k=1), "motor_torque_limit": np.full(7, 1e3)}, "lower motor_torque_limit"),
+        (
+            {"joint_to_motor": np.eye(7) + np.eye(7, k=1), "motor_torque_limit": np.full(7, 1e3)},
+            "lower motor_torque_limit",
+        ),
     ],
 )
 def test_an_inconsistent_transmission_is_rejected(arguments, message):
