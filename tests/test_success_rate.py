@@ -30,12 +30,14 @@ def cache(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
 
 
+@pytest.mark.slow
 def test_beside_a_wall_at_least_18_of_20_attempts_hold_an_object():
     results = attempts("spheres_wall", range(20))
     assert sum(held >= 1 for held, *_ in results) >= 18, results
     assert all(held == 0 for held, *pushes in results if pushes != ["grasp force"])
 
 
+@pytest.mark.slow
 def test_without_a_support_the_force_is_never_reached():
     for held, push in attempts("spheres_alone", range(3)):
         assert held == 0

@@ -60,6 +60,7 @@ def test_a_closed_standard_error_takes_nothing_from_the_result(tmp_path):
     assert in_a_shell("pilegrasp run nope 2>&-", tmp_path)[0] == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scenario", "settings"),
     [

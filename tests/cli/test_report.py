@@ -188,6 +188,7 @@ def test_hostile_rows_stay_text(tmp_path):
     assert len(table(document, "attempts")) == len(content)
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_the_page_in_a_browser_filters_and_opens_a_recording(tmp_path, capsys):
     executable = find_chromium()

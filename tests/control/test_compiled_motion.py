@@ -42,6 +42,7 @@ def reference_near(state, rng, size):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [True, False])
 @pytest.mark.parametrize(("mask", "weight"), [(None, 1.0), ([1, 1, 1, 0, 1, 1], [1.0, 2.0, 0.5, 1.0, 1.0, 3.0])])
 def test_the_torques_are_those_of_the_python_code(arm, friction, mask, weight):

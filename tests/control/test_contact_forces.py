@@ -106,6 +106,7 @@ def test_the_remaining_spring_takes_its_share_of_the_force(name, stiffness):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("normal", "along", "stiffness"), SLIDES)
 @pytest.mark.parametrize("name", ARMS)
 def test_force_feedback_compensates_spring_and_joint_friction(name, normal, along, stiffness):

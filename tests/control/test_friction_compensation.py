@@ -93,6 +93,7 @@ def test_the_arm_comes_to_rest_with_the_true_and_with_twice_the_true_friction(na
     assert swing_at_rest(name, gain, late) < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "gain", "late"), [("wam7", 3.0, 1), ("panda", 5.0, 1), ("wam7", 10.0, 0), ("panda", 15.0, 0)]
 )

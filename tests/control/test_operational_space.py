@@ -113,6 +113,7 @@ def test_a_line_in_free_space_is_tracked(name):
     assert np.linalg.norm(motion.error[:, 3:], axis=1).max() < 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("displacement", [[0.0, 0.2, 0.05], [0.1, -0.15, 0.0], [0.0, 0.0, 0.15]])
 @pytest.mark.parametrize("preferred", [False, True], ids=["no-posture", "posture"])
 @pytest.mark.parametrize("name", ARMS)

@@ -144,6 +144,7 @@ def nearest_reachable(arm, target, q):
     return arm.update(found.x, 0.0 * found.x).pose
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preferred", [False, True], ids=["no-posture", "posture"])
 @pytest.mark.parametrize("name", ARMS)
 def test_a_target_out_of_reach_is_approached_and_left_without_chatter(name, preferred):

@@ -40,6 +40,7 @@ def commands() -> list[tuple[str, str]]:
     return [(page.name, line) for page in pages for line in shell_lines(page) if line.startswith("pilegrasp ")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", named(page for page in PAGES if blocks(page, "python")))
 def test_python_blocks_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

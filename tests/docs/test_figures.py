@@ -13,6 +13,7 @@ def test_a_page_shows_each_figure_once_and_names_its_source(figure):
     assert (figure.command is None) != (figure.file is None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("figure", QUICK_ONES, ids=lambda figure: figure.name)
 def test_a_quick_figure_is_what_is_measured_now(figure):
     number = figure.measure()

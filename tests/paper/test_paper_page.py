@@ -46,6 +46,7 @@ def written(tmp_path_factory):
     return folder, document
 
 
+@pytest.mark.slow
 def test_the_document_is_what_was_returned_and_holds_every_claim(written):
     folder, document = written
     assert json.loads((folder / "claims.json").read_text()) == document
@@ -119,6 +120,7 @@ def test_a_claim_that_does_not_hold_shows_its_explanation(tmp_path, monkeypatch)
     assert "pilegrasp run this" in page
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.skipif(find_chromium() is None, reason="no Chromium")
 @pytest.mark.parametrize("width", [390, 1280])

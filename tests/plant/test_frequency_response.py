@@ -30,6 +30,7 @@ def textbook(frequency, ratio):
     return STIFFNESS / (s * s + 2.0 * ratio * np.sqrt(STIFFNESS) * s + STIFFNESS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ratio", "axis"), [(0.5, 2), (1.0, 4)])
 def test_the_operational_space_loop_is_its_transfer_function(arm, ratio, axis):
     response = frequency_response(arm, controller(arm, ratio), HOME[arm.name], axis, FREQUENCIES, rate=RATE)

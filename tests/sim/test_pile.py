@@ -14,7 +14,7 @@ from pilegrasp_ctrl.planning.layout import WALL_DISTANCE, frame_size, make_layou
 from pilegrasp_ctrl.sections import PileConfig, SupportConfig
 from pilegrasp_ctrl.sim import pile
 from pilegrasp_ctrl.sim.backend import Stepper
-from pilegrasp_ctrl.sim.drop import pile_model
+from pilegrasp_ctrl.sim.drop import drop_poses, pile_model
 from pilegrasp_ctrl.sim.objects import OBJECT_MODELS, object_model, objects_of
 from pilegrasp_ctrl.sim.pile import settle_pile
 
@@ -283,11 +283,20 @@ def test_the_packing_density_is_that_of_the_frame_before_it_is_lifted(own_cache)
     assert dropped("light_sphere", count=0)[1].packing_density == 0.0
 
 
+def test_two_hundred_balls_hang_in_the_frame_clear_of_one_another():
+    layout = make_layout(SupportConfig(), PileConfig(count=200, frame_size=0.5), 0.054)
+    poses = drop_poses(OBJECT_MODELS["heavy_sphere"], 200, layout, np.random.default_rng(0))
+    assert poses.shape == (200, 7)
+    apart = np.linalg.norm(poses[:, None, :3] - poses[None, :, :3], axis=2)[np.triu_indices(200, 1)]
+    assert apart.min() > 0.054
+
+
 @pytest.mark.slow
-def test_two_hundred_balls_fit_into_the_frame_and_settle():
-    _, heap = dropped("heavy_sphere", count=200, size=0.5)
-    assert heap.poses.shape == (200, 7)
+def test_the_largest_pile_of_the_paper_settles_in_its_frame():
+    _, heap = dropped("heavy_sphere", count=90)
+    assert heap.poses.shape == (90, 7)
     assert heap.poses[:, 2].min() > 0.026
+    assert heap.poses[:, 2].max() > 0.08
 
 
 def test_a_mix_has_its_models_in_turn_and_settles():

@@ -86,6 +86,7 @@ def test_a_finished_study_starts_no_worker_and_is_refused_with_another_measure(s
         run_study(short_attempts(), store.folder)
 
 
+@pytest.mark.slow
 def test_failures_leave_recordings(tmp_path):
     attempts = [(condition, 0) for condition in conditions("push_wall", {"strategy.grasp_force": [200.0]})]
     with run_study(attempts, tmp_path, jobs=1, record="failures") as store:

@@ -65,6 +65,7 @@ def finish(process):
     return out
 
 
+@pytest.mark.slow
 def test_killed_five_times_at_random_moments_the_table_is_that_of_an_uninterrupted_study(tmp_path):
     moments = random.Random(5)
     script = [sys.executable, str(TESTS / "study_tasks.py")]
@@ -86,6 +87,7 @@ def test_killed_five_times_at_random_moments_the_table_is_that_of_an_uninterrupt
     assert len(rows(killed)) == total
 
 
+@pytest.mark.slow
 def test_a_sweep_that_is_interrupted_and_killed_ends_as_if_it_had_not_been(tmp_path):
     whole, stopped = tmp_path / "whole", tmp_path / "stopped"
     expected = finish(begin([*SWEEP, "--jobs", "1", "--out", str(whole)]))

@@ -63,12 +63,14 @@ def whole(tmp_path_factory):
     return table(run_search(search(tmp_path_factory.mktemp("whole")), 22, function=made_up))
 
 
+@pytest.mark.slow
 def test_a_search_finds_much_better_gains_than_a_bad_start(whole):
     tracking = [row[-1].tracking for row in whole]
     assert whole[0][1:4] == (25.0, 25.0, 0.3)
     assert min(tracking) < tracking[0] / 5.0
 
 
+@pytest.mark.slow
 def test_the_same_command_again_does_nothing_and_more_trials_do_only_the_rest(tmp_path, whole):
     calls = []
 
@@ -84,6 +86,7 @@ def test_the_same_command_again_does_nothing_and_more_trials_do_only_the_rest(tm
     assert table(store) == whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("last", [0, 1, 6, 17])
 def test_an_interrupt_loses_no_finished_trial_and_changes_nothing(tmp_path, whole, last):
     calls = []
@@ -106,6 +109,7 @@ def test_an_interrupt_loses_no_finished_trial_and_changes_nothing(tmp_path, whol
     assert sorted(calls + again) == list(range(22))
 
 
+@pytest.mark.slow
 def test_workers_find_what_one_process_finds(tmp_path, whole):
     assert table(run_search(search(tmp_path), 22, jobs=2, function=made_up)) == whole
 
@@ -120,10 +124,12 @@ def dies(work: TrialWork, times: int) -> TrialReport:
     return made_up(work)
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_loses_no_trial_and_changes_nothing(tmp_path, whole):
     assert table(run_search(search(tmp_path), 22, jobs=2, function=partial(dies, times=2))) == whole
 
 
+@pytest.mark.slow
 def test_a_trial_that_kills_its_worker_again_and_again_ends_the_search_and_keeps_the_finished_ones(tmp_path, whole):
     with pytest.raises(SimulationError, match=r"3 worker processes died with trial 2.*fewer --jobs"):
         run_search(search(tmp_path), 22, jobs=2, function=partial(dies, times=3))
@@ -242,6 +248,7 @@ def tuned(tmp_path_factory):
     return out, command
 
 
+@pytest.mark.slow
 def test_a_real_search_leaves_gains_table_page_and_json(tuned, capsys):
     out, command = tuned
     before = (out / "trials.csv").read_bytes()

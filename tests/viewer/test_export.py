@@ -103,6 +103,7 @@ def test_a_movie_that_would_not_end_is_refused():
         frame_times(synthetic(frames=2, duration=2500.0), 15.0, 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_a_contact_sheet_shows_every_moment(chromium, attempt, tmp_path):
     seen = []
@@ -131,6 +132,7 @@ def test_a_contact_sheet_shows_every_moment(chromium, attempt, tmp_path):
     assert green > red
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_a_gif_moves_and_ends_on_the_verdict(chromium, attempt, tmp_path):
     write(attempt, tmp_path / "a.gif", speed=SPEED)
@@ -153,6 +155,7 @@ def test_a_gif_moves_and_ends_on_the_verdict(chromium, attempt, tmp_path):
     assert max(green[:-1]) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_a_still_depends_on_its_moment_only(chromium, attempt):
     with Stills(attempt) as stills:
@@ -162,6 +165,7 @@ def test_a_still_depends_on_its_moment_only(chromium, attempt):
         assert stills.frame(5.0) == first
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_hostile_names_are_drawn_and_run_nothing(chromium, tmp_path):
     plain = synthetic(frames=10, objects=2)
@@ -181,6 +185,7 @@ def test_hostile_names_are_drawn_and_run_nothing(chromium, tmp_path):
         assert stills._browser.evaluate("document.images.length") == 0
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_an_mp4_gets_every_frame_and_holds_the_last(chromium, attempt, tmp_path, monkeypatch):
     tools = tmp_path / "tools"

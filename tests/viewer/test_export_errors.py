@@ -79,6 +79,7 @@ def test_without_ffmpeg_one_sentence_names_both_remedies(capsys, saved, monkeypa
     assert_refused(capsys, saved, "a.mp4", "apt-get install ffmpeg", "pip install imageio-ffmpeg", ".gif works")
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_an_ffmpeg_that_fails_is_quoted(chromium, capsys, saved, tmp_path, monkeypatch):
     tools = tmp_path / "tools"
@@ -88,6 +89,7 @@ def test_an_ffmpeg_that_fails_is_quoted(chromium, capsys, saved, tmp_path, monke
     assert_refused(capsys, saved, "a.mp4", "Unknown encoder")
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_an_interrupt_leaves_neither_a_file_nor_a_browser(chromium, attempt, tmp_path, monkeypatch):
     begun = []

@@ -173,6 +173,7 @@ async def _open_then_show(view, attempt):
     return messages
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_the_page_shows_the_attempt(attempt):
     executable = find_chromium()

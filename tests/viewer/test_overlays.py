@@ -183,6 +183,7 @@ def test_where_no_motion_was_measured_there_is_no_funnel(attempt):
     assert forward(replace(attempt, meta={})) == [1.0, 0.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ODD_RECORDINGS)
 def test_what_the_analysis_cannot_read_is_still_a_page(name):
     assert "<html" in page(ODD_RECORDINGS[name])

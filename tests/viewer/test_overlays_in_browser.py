@@ -28,6 +28,7 @@ def switched(browser, *names):
     }})""")
 
 
+@pytest.mark.slow
 def test_contact_forces_are_arrows_at_the_recorded_places(paused, attempt):
     switched(paused, "contacts")
     paused.evaluate("pilegrasp.seek(5)")

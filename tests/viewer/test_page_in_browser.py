@@ -192,6 +192,7 @@ def test_the_keyboard_steps_and_plays(paused, attempt):
     assert paused.evaluate("pilegrasp.playing()") is False
 
 
+@pytest.mark.slow
 def test_two_recordings_share_one_clock(browser, attempt, tmp_path):
     other = synthetic(success=False, frames=100, objects=7)
     file = tmp_path / "pair.html"
@@ -255,6 +256,7 @@ def test_hostile_names_run_nothing(browser, tmp_path):
     assert_quiet(browser, file)
 
 
+@pytest.mark.slow
 def test_without_webgl_the_strip_and_the_table_remain(chromium, file):
     with Browser(chromium, "--disable-3d-apis") as blind:
         blind.open(file, 800, 600)
