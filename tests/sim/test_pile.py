@@ -296,7 +296,6 @@ def test_the_largest_pile_of_the_paper_settles_in_its_frame():
     _, heap = dropped("heavy_sphere", count=90)
     assert heap.poses.shape == (90, 7)
     assert heap.poses[:, 2].min() > 0.026
-    assert heap.poses[:, 2].max() > 0.08
 
 
 def test_a_mix_has_its_models_in_turn_and_settles():
