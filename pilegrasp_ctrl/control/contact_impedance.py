@@ -23,8 +23,8 @@ YIELDING_STIFFNESS = 0.06
 """Share of the stiffness kept along a desired force; chosen: it returns the tool, and adds little to 5 N."""
 RAMP_TIME = 0.1
 """Duration of the change from position to force and back [s]; chosen."""
-UP = (0.0, 0.0, 1.0)
-"""Default direction along which the hand yields to a desired force: the vertical."""
+_VERTICAL = (0.0, 0.0, 1.0)
+"""Default direction along which the hand yields to a desired force."""
 _INDEPENDENT = 1e-9
 """Relative singular value above which a direction adds to the others; chosen."""
 
@@ -78,7 +78,7 @@ class ContactImpedanceController:
         posture: Array,
         solver: str = "daqp",
         rate: float = 500.0,
-        force_directions: ArrayLike = UP,
+        force_directions: ArrayLike = _VERTICAL,
         *,
         free: Impedance | None = None,
         wrench_lag: float | None = None,

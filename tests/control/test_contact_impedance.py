@@ -149,7 +149,7 @@ def test_a_force_is_switched_on_and_off_without_a_jump(arm):
     assert forces[190] == pytest.approx(-5.0 + 0.06 * 7.5, abs=0.1)
     assert forces[-1] == pytest.approx(7.5, abs=0.1)
     assert np.abs(np.diff(forces)).max() < 1.02 * bound
-    # The same as joint torques: no joint has a lever of more than a metre here.
+    # The bound also holds for joint torques, because no joint has a lever of more than a metre here.
     assert np.abs(np.diff(torques, axis=0)).max() < bound
     at_once, _ = switched(arm, 0.0)
     assert np.abs(np.diff(at_once, axis=0)).max() > 10.0 * bound
@@ -215,9 +215,9 @@ def test_the_published_gains_of_the_shovel_push_to_the_grasp_force(tmp_path, mon
     gains = str(path("hands/shovel", "impedance.toml"))
     result = run("push_wall", record=True, overrides={"hand": "shovel", "controller.gains": gains})
     assert (result.success, result.outcomes[-1].trigger) == (True, "grasp force")
-    way, turn = (np.max(result.recording.signals[name]) for name in ("tracking_error", "orientation_error"))
-    print(f"the hand falls behind by {1e3 * way:.0f} mm and turns by {np.degrees(turn):.1f} degrees")
-    assert way < 0.05
+    error, turn = (np.max(result.recording.signals[name]) for name in ("tracking_error", "orientation_error"))
+    print(f"the hand lags by {1e3 * error:.0f} mm and turns by {np.degrees(turn):.1f} degrees")
+    assert error < 0.05
 
 
 def test_the_desired_force_is_kept_while_sliding_along_a_stiff_table(arm):
@@ -246,11 +246,11 @@ def test_the_desired_force_is_kept_while_sliding_along_a_stiff_table(arm):
 
 @pytest.fixture(scope="module")
 def slide(tmp_path_factory):
-    """Return the shovel's push forces on the bare table: contact per physics step, sensor per control period."""
-    felt, read = [], []
+    """Return the mean contact force (3,) of the shovel's push over the bare table, and the sensor's mean force (3,)."""
+    contact_forces, read = [], []
     step, observe = mujoco.mj_step, Simulation.observe
 
-    def felt_step(model, data, steps=1):
+    def step_and_record(model, data, steps=1):
         force = np.zeros(6)
         for _ in range(steps):
             step(model, data)
@@ -258,7 +258,7 @@ def slide(tmp_path_factory):
             for contact in range(data.ncon):
                 mujoco.mj_contactForce(model, data, contact, force)
                 total += data.contact.frame[contact].reshape(3, 3).T @ force[:3]
-            felt.append((data.time, *total))
+            contact_forces.append((data.time, *total))
 
     def read_wrench(self):
         observation = observe(self)
@@ -267,10 +267,12 @@ def slide(tmp_path_factory):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-        patch.setattr(mujoco, "mj_step", felt_step)
+        patch.setattr(mujoco, "mj_step", step_and_record)
         patch.setattr(Simulation, "observe", read_wrench)
         push = run("push_wall", overrides={"hand": "shovel"}).outcomes[1]
-    sliding = (np.array([row for row in rows if push.start + 0.5 < row[0] < push.end - 0.1]) for rows in (felt, read))
+    sliding = (
+        np.array([row for row in rows if push.start + 0.5 < row[0] < push.end - 0.1]) for rows in (contact_forces, read)
+    )
     return [rows[:, 1:].mean(axis=0) for rows in sliding]
 
 

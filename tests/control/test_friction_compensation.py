@@ -51,7 +51,7 @@ def test_friction_that_differs_from_the_model_costs_millimetres(name, factor, rm
     place, _ = lengths(motion)
     assert np.sqrt(np.mean(place[motion.time < line.duration] ** 2)) < rms
     assert place[-1] < rest
-    # It rests there: nothing creeps or hunts.
+    # The arm rests there, without creep or a limit cycle.
     assert np.ptp(motion.error[-100:], axis=0).max() < 2e-5
 
 

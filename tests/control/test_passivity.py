@@ -105,7 +105,7 @@ def too_much_friction(arm):
     return lambda state: 0.05 * arm.torque_limit * np.tanh(state.v / 0.02)
 
 
-# A light wrist with negative damping is far beyond all limits after 50 ms.
+# With negative damping a light wrist exceeds all limits after 50 ms.
 @pytest.mark.parametrize(("disturb", "duration"), [(negative_damping, 0.04), (too_much_friction, 0.5)])
 @pytest.mark.parametrize("name", ARMS)
 def test_the_energy_balance_detects_a_controller_that_feeds_energy_in(name, disturb, duration):

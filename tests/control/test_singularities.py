@@ -15,8 +15,8 @@ from pilegrasp_ctrl.trajectories.straight_line import StraightLine
 from pilegrasp_ctrl.types import Observation, Pose, Reference
 
 SHOULDER = {"wam7": np.array([0.0, 0.0, 0.346]), "panda": np.array([0.0, 0.0, 0.333])}
-# From the shoulder to the tool with the elbow straight and the hand turned as at home.
 REACH = {"wam7": 0.852, "panda": 0.718}
+"""Distance from the shoulder to the tool with a straight elbow and the hand as at home [m]."""
 # Changes of the home posture that lose a direction. Wrist: joints 5 and 7 of the WAM in line; the Panda's hand folded
 # back. Shoulder: joints 1 and 3 in line, the elbow's plane across.
 POSTURES = {

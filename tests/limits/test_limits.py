@@ -74,13 +74,13 @@ def test_the_braking_acceleration_is_within_the_torque_of_every_joint(arm):
 def test_a_joint_brakes_with_half_of_the_torque_left_in_the_worst_posture(arm):
     """The other half is for coupling with other joints and for a load in the hand."""
     braking = braking_acceleration(arm)
-    left = np.full(arm.nv, np.inf)
+    spare_acceleration = np.full(arm.nv, np.inf)
     for q, _ in random_states(arm, 300, seed=5):
         state = arm.update(q, np.zeros(arm.nv))
         spare = arm.torque_limit - np.abs(state.h) - arm.friction_coulomb
-        left = np.minimum(left, spare / state.M.diagonal())
-    # The worst of these postures is a little less bad than that of the function's own.
-    np.testing.assert_allclose(braking / left, 0.5, rtol=0.1)
+        spare_acceleration = np.minimum(spare_acceleration, spare / state.M.diagonal())
+    # These postures differ from the function's, so their worst case is slightly milder.
+    np.testing.assert_allclose(braking / spare_acceleration, 0.5, rtol=0.1)
 
 
 def test_torque_rows_hold_exactly_the_torques_within_the_limit(arm):
@@ -111,7 +111,7 @@ def test_two_joints_that_share_motors_cannot_both_have_their_largest_torque():
     # Power is the same on both sides of the differential.
     v = np.linspace(-1.0, 1.0, 7)
     assert motors @ (arm.joint_to_motor @ v) == pytest.approx(tau @ v)
-    # Barrett's joint limits are what the motors give when only one of two joints asks.
+    # Barrett's joint limits are the motors' torques if only one of the two joints needs torque.
     for joint in (1, 2, 4, 5):
         alone = np.zeros(7)
         alone[joint] = 0.999 * arm.torque_limit[joint]

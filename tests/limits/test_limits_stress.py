@@ -65,7 +65,7 @@ def test_no_limit_is_exceeded_and_an_initial_excess_only_shrinks(name, batch):
             return output.command.torque
 
         allowed = None
-        # What the torques leave to coupling while joints outside return is small: 0.06 degrees, 5 mrad/s.
+        # While joints out of range return, coupling disturbs the others slightly: by 0.06 degrees and 5 mrad/s.
         slack = np.repeat([0.0, 0.0] if kind != "outside" else [1e-3, 5e-3], arm.nv)
         for sample in plant.run(torque, q, DURATION, v=v, rate=RATE):
             beyond = excess(arm, sample)

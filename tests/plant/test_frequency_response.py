@@ -36,7 +36,7 @@ def test_the_operational_space_loop_is_its_transfer_function(arm, ratio, axis):
     response = frequency_response(arm, controller(arm, ratio), HOME[arm.name], axis, FREQUENCIES, rate=RATE)
     expected = textbook(FREQUENCIES, ratio)
     np.testing.assert_allclose(response.gain, np.abs(expected), rtol=0.02)
-    # Held for a period, the torque is half a period late; at 10 Hz and 1 kHz that is 0.03 rad.
+    # A torque that is held for a period is half a period late: 0.03 rad at 10 Hz and 1 kHz.
     np.testing.assert_allclose(response.phase, np.angle(expected), atol=0.04)
     assert (response.distortion < 1e-3).all()
     assert response.active_limits == ()

@@ -105,7 +105,7 @@ def test_answers_are_the_same_bits_regardless_of_earlier_programs(solver):
     first = [solver.solve(problem) for problem in problems]
     rng, kept = np.random.default_rng(0), []
     for _ in range(2):
-        # Memory that is held and copies that lie elsewhere move what the packages allocate.
+        # Extra memory and copied arrays change the addresses that the packages allocate.
         kept += [np.zeros(size) for size in rng.integers(1, 64, 200)]
         other = make_solver(solver.name)
         for index in rng.permutation(len(problems)):

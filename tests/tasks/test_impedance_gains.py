@@ -52,7 +52,7 @@ def test_booleans_are_rejected_as_motion_gains():
 
 def test_the_preset_holds_the_published_numbers_under_our_names_of_the_axes():
     gains = load_gains(PRESET)
-    # Published along x down the fingers, y to the thumb, z along the push; ours along x push, y, z up.
+    # The published axes are x down the fingers, y to the thumb, z along the push; ours are x along the push, y, z up.
     ours_to_theirs = np.array([[0, 0, -1.0], [0, 1, 0], [1, 0, 0]])
     assert np.linalg.det(ours_to_theirs) == pytest.approx(1.0)
     turn = np.kron(np.eye(2), ours_to_theirs)
@@ -211,19 +211,19 @@ def test_the_sampled_loop_diverges_beyond_the_stiffness_margin(name, share, dive
     arm = without_friction(name)
     start = home(arm)
     gains = Impedance(share * stiffness_margin(arm, STIFF, HOME[name]) * STIFF.stiffness)
-    # Without a posture nothing is checked, and the springs see no other damper than their own.
+    # Without a posture the gains are not checked, and only the springs' dampers act.
     controller = ImpedanceController(arm, gains, limits=())
     reference = Reference(start.pose.moved([5e-4, 0.0, 0.0]))
 
-    def swing():
+    def oscillation():
         *_, states = run(arm, lambda o, s: controller.step(o, reference, state=s), None, 0.5)
         return np.abs(states[-1].v).max()
 
     if diverges:
         with pytest.raises(SimulationError, match="diverged"):
-            swing()
+            oscillation()
     else:
-        assert swing() < 1e-3
+        assert oscillation() < 1e-3
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 1.4])

@@ -195,7 +195,7 @@ def test_gains_take_a_number_or_six_and_are_read_only():
 
 
 @pytest.mark.parametrize(
-    ("kind", "arguments", "message"),
+    ("gains_type", "arguments", "message"),
     [
         (MotionGains, {"stiffness": 0.0}, "stiffness.*positive"),
         (MotionGains, {"stiffness": [1.0, 2.0]}, "one number or six"),
@@ -209,9 +209,9 @@ def test_gains_take_a_number_or_six_and_are_read_only():
         (Impedance, {"stiffness": 1.0, "dead_band": [-1.0, 0.0]}, "dead_band"),
     ],
 )
-def test_unusable_gains_are_rejected(kind, arguments, message):
+def test_unusable_gains_are_rejected(gains_type, arguments, message):
     with pytest.raises(ConfigurationError, match=message):
-        kind(**arguments)
+        gains_type(**arguments)
 
 
 def test_gains_are_read_from_a_file(tmp_path):

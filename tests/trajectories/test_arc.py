@@ -35,7 +35,7 @@ def test_the_acceleration_is_continuous(arc):
     times = np.linspace(-0.01, arc.duration + 0.01, 4001)
     accelerations = np.array([arc.at(time).acceleration for time in times])
     step = times[1] - times[0]
-    # The ramps' jerk, and that of the acceleration towards the centre, which turns and grows with the speed.
+    # The jerk comes from the ramps and from the centripetal acceleration, which turns and grows with the speed.
     speed, rise = arc.profile.peak_speed * abs(arc.angle), 1.5 * arc.profile.peak_speed / arc.profile.ramp
     rise *= abs(arc.angle)
     jerk = 4.0 * rise / arc.profile.ramp + 3.0 * speed * rise + speed**3
@@ -65,7 +65,7 @@ def test_half_a_circle_ends_on_the_other_side_with_the_same_orientation():
 
 
 def test_a_positive_angle_is_right_handed_and_a_negative_one_left_handed():
-    # From -y of the centre, a right-hand turn about x goes down first.
+    # The tool starts at -y of the centre, so a right-handed turn about x moves it down first.
     assert ARCS["half"].at(0.5 * ARCS["half"].duration).pose.translation[2] == pytest.approx(0.2)
     assert ARCS["back"].end.translation[2] == pytest.approx(0.4)
 
