@@ -1,6 +1,6 @@
-"""Open-loop grasping from piles: control of the arm, simulation of the pile, and recordings of what happened.
+"""Open-loop grasping from piles: control of the arm, simulation of the pile, and recordings.
 
-Public names are imported where they are first used, so that importing the package loads no engine.
+Public names are imported on first use, so that `import pilegrasp_ctrl` loads no engine.
 """
 
 from __future__ import annotations

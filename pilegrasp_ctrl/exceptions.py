@@ -1,4 +1,13 @@
-"""Errors that a user can cause, each a sentence that names the cause and the remedy."""
+"""Errors that a user can cause, each a sentence with cause and remedy, and the remedy for a misspelt name."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+def remedy_for(name: str, known: Iterable[str], otherwise: str) -> str:
+    """Return a question that suggests the nearest of the `known` names, or `otherwise` if none is near."""
+    close = get_close_matches(name, known, n=1)
+    return f"did you mean {close[0]!r}?" if close else otherwise
 
 
 class PilegraspError(Exception):
@@ -10,7 +19,7 @@ class ArgumentError(PilegraspError, ValueError):
 
 
 class GainsError(ArgumentError, TypeError):
-    """Gains of the wrong kind: `MotionGains` in 1/s² where an `Impedance` in N/m is expected, or the reverse."""
+    """Gains of the wrong type: `MotionGains` in 1/s² instead of an `Impedance` in N/m, or the reverse."""
 
 
 class ConfigurationError(PilegraspError):

@@ -1,4 +1,4 @@
-"""Models of arms and hands: one folder each, with URDF, MJCF, and `robot.toml` for every number and its source."""
+"""Finder of the arms and hands. Each has a folder with URDF, MJCF, and the source of every number in `robot.toml`."""
 
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
@@ -10,7 +10,7 @@ from pilegrasp_ctrl.files import read_toml
 _ROOT = Path(__file__).resolve().parent
 
 PANDA_FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
-"""Joints of the Panda's gripper in its URDF; lock them to get the arm with seven joints."""
+"""Names of the gripper's joints in the Panda's URDF; lock them to get an arm with seven joints."""
 
 _PANDA_URDF = "urdf/panda.urdf"
 
@@ -50,10 +50,10 @@ def hands() -> list[str]:
 
 
 def panda_urdf() -> Path:
-    """Return the Panda's URDF from example-robot-data, a package that holds data and no Python module.
+    """Return the Panda's URDF from the package example-robot-data, which contains no Python module.
 
     Raises:
-        ModelError: The package is not installed, or it holds no such file.
+        ModelError: The package is not installed, or does not contain the file.
     """
     try:
         package = distribution("example-robot-data")
@@ -66,4 +66,5 @@ def panda_urdf() -> Path:
 
 
 def _described(folder: Path) -> list[str]:
+    """Return the names of the subfolders with a `robot.toml`."""
     return sorted(file.parent.name for file in folder.glob("*/robot.toml"))

@@ -1,30 +1,29 @@
-"""The scenarios that ship: TOML files that declare an attempt, and short scripts that run as they stand."""
+"""Finder of the shipped scenarios and objects. Beside it are their TOML files and short scripts."""
 
 from __future__ import annotations
 
 import hashlib
-from difflib import get_close_matches
 from pathlib import Path
 
-from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.exceptions import ConfigurationError, remedy_for
 from pilegrasp_ctrl.files import read_toml
 
 FOLDER = Path(__file__).resolve().parent
-"""Folder of the scenarios that ship."""
+"""Folder of the shipped scenarios."""
 
 
 def names() -> list[str]:
-    """Return the names of the scenarios that ship, in alphabetical order."""
+    """Return the names of the shipped scenarios, in alphabetical order."""
     return sorted(path.stem for path in FOLDER.glob("*.toml"))
 
 
 def object_files() -> dict[str, Path]:
-    """Return the files of the objects that ship, by name, in alphabetical order."""
+    """Return the files of the shipped objects by name, in alphabetical order."""
     return {path.stem: path for path in sorted((FOLDER / "objects").glob("*.toml"))}
 
 
 def object_digests(path: Path) -> list[str]:
-    """Return SHA-256 digests of the file of an object and of the meshes that it names.
+    """Return the SHA-256 digests of an object's file and of the meshes that it names.
 
     Raises:
         ConfigurationError: A file cannot be read, or the object's file is not TOML.
@@ -54,15 +53,14 @@ def find(name: str | Path) -> Path:
     """Return the TOML file of a scenario.
 
     Args:
-        name: One of `names()`; or the path of a file: a `Path`, or a text that ends in `.toml` or contains a slash.
+        name: One of `names()`, or the path of a file: a `Path`, or a text that ends in `.toml` or contains a slash.
 
     Raises:
-        ConfigurationError: No scenario that ships has that name.
+        ConfigurationError: No shipped scenario has this name.
     """
     if isinstance(name, Path) or is_file(name):
         return Path(name)
     if name in names():
         return FOLDER / f"{name}.toml"
-    close = get_close_matches(name, names(), n=1)
-    remedy = f"did you mean {close[0]!r}?" if close else f"choose from {', '.join(names())}, or give a .toml file"
+    remedy = remedy_for(name, names(), f"choose from {', '.join(names())}, or give a .toml file")
     raise ConfigurationError(f"no scenario is called {name!r}; {remedy}")

@@ -1,4 +1,4 @@
-"""One attempt at 18 light spheres beside a wall: print the outcome, and write the recording and its page.
+"""Run one attempt on 18 light spheres beside a wall, print the outcome, and write the recording and its page.
 
 Usage: python scenarios/grasp_wall.py [FOLDER]
 """

@@ -1,6 +1,6 @@
-"""Success rate by the number of objects, with its 95 % interval: what `pilegrasp sweep` does, from Python.
+"""Print the success rate for two numbers of objects, with its 95 % interval, like `pilegrasp sweep`.
 
-Usage: python scenarios/success_rate.py [FOLDER]. If you run it again, it does only what is missing.
+Usage: python scenarios/success_rate.py [FOLDER]. A second run does only the missing attempts.
 """
 
 import sys

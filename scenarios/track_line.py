@@ -1,4 +1,4 @@
-"""Follow a straight line with the WAM and its joint friction, without scene or contact; print the tracking error.
+"""Follow a straight line with the WAM and its joint friction, without scene or contact, and print the tracking error.
 
 Usage: python scenarios/track_line.py
 """

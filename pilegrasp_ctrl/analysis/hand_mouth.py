@@ -9,7 +9,7 @@ import numpy as np
 from ..recording import Recording
 from ..types import Array, rotation_matrices
 
-OBLIQUE = 0.17
+MIN_SLANT = 0.17
 """Least component of a slanted wall's normal along the hand, and across it [-]: the sine of 10°, chosen."""
 
 
@@ -79,8 +79,8 @@ def nearer_side(recording: Recording, axes: Array) -> int:
                 continue
             normal = (turn @ rotation_matrices(shape.quaternion))[:, np.argmin(shape.half_extents())]
             x, y = axes @ normal
-            if abs(x) > OBLIQUE:
-                sides.add(int(np.sign(x * y)) if abs(y) > OBLIQUE else 0)
+            if abs(x) > MIN_SLANT:
+                sides.add(int(np.sign(x * y)) if abs(y) > MIN_SLANT else 0)
     return sides.pop() if len(sides) == 1 else 0
 
 

@@ -223,8 +223,8 @@ def _bin_layout(support: Support, size: float, tilt: float, order_crate: bool) -
             "lower pile.frame_size or pile.count"
         )
     goals = [
-        PushGoal(name, np.array([WALL_DISTANCE, y]), math.radians(yaw), lateral_range, nearest)
-        for name, (y, yaw, lateral_range, nearest) in BIN_GOALS.items()
+        PushGoal(name, np.array([WALL_DISTANCE, y]), math.radians(yaw), lateral_range, min_touch_x)
+        for name, (y, yaw, lateral_range, min_touch_x) in BIN_GOALS.items()
     ]
     goals.sort(key=lambda goal: not goal.name.startswith(support))
     center = np.array([WALL_DISTANCE - 0.5 * size, 0.5 * (width - size) if support == "corner" else 0.0])

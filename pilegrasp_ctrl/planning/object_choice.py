@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..types import Array
 
-TOUCHING = 1.15
+TOUCHING_DISTANCE = 1.15
 """Distance of two centres up to which objects count as touching, in diameters [-]; chosen."""
 
 LAYER_HEIGHT = 1.0
@@ -78,7 +78,7 @@ def _motion_direction(plane: Array, index: int, direction: Array, radius: float)
     """Return the unit vector (2,) along which an object moves: the push, or along the nearest object that it meets."""
     offset = np.delete(plane, index, axis=0) - plane[index]
     distance = np.linalg.norm(offset, axis=1)
-    met = (distance < 2.0 * TOUCHING * radius) & (distance > 1e-9) & (offset @ direction > 1e-9)
+    met = (distance < 2.0 * TOUCHING_DISTANCE * radius) & (distance > 1e-9) & (offset @ direction > 1e-9)
     if not met.any():
         return direction
     normal = offset[met][np.argmin(distance[met])]

@@ -27,7 +27,7 @@ class PushGoal:
         yaw: Direction of the push of alpha = 0 about z [rad].
         lateral_range: Least and greatest offset of the push line to the left of `anchor` [m], within which the hand
             has room between the walls. Both are equal if only one line is possible.
-        nearest: Least x of the fingertips at touch-down [m]. If they come down nearer, the wrist hits the bin's near
+        min_touch_x: Least x of the fingertips at touch-down [m]. Below it, the wrist hits the bin's near
             wall.
     """
 
@@ -35,7 +35,7 @@ class PushGoal:
     anchor: Array
     yaw: float
     lateral_range: tuple[float, float] = (0.0, 0.0)
-    nearest: float = -math.inf
+    min_touch_x: float = -math.inf
 
     def reach_deficit(self, touch: Array) -> float:
         """Return how much farther along the push the hand must touch down so that the wrist clears the bin wall [m].
@@ -43,7 +43,7 @@ class PushGoal:
         Args:
             touch: (2,) planned touch-down point of the fingertips [m].
         """
-        return max(0.0, (self.nearest - float(touch[0])) / math.cos(self.yaw))
+        return max(0.0, (self.min_touch_x - float(touch[0])) / math.cos(self.yaw))
 
     def best_line(
         self, positions: Array, half_width: float, failed_lines: Sequence[PushGoal] = ()

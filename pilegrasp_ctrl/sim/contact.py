@@ -37,7 +37,7 @@ HAND_IMPEDANCE = 0.96
 """d for contacts of the end-effector [-], chosen. The stiffness of a contact grows with the mass of its lighter
 body, and a fingertip has 5 g. At 0.8 a push of 20 N would press it 9 mm into the table."""
 
-SLIP_TIME = 1.0
+SLIP_STEPS = 1.0
 """Number of steps in which friction among objects stops slip on a slope [-], chosen. MuJoCo's friction yields like a
 damper, by default the damper of the contact. For a ball that bounces this damper is so weak that a heap of balls at the
 low wall flows at 2 to 15 mm/s and never falls asleep. On a level floor no force acts along the floor."""
@@ -191,7 +191,7 @@ def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
 def pair_parameters(surface: Surface, timestep: float, slope: bool = False) -> PairParameters:
     """Return MuJoCo's numbers for the coefficients of one contact, at a physics step [s].
 
-    With `slope`, friction among objects and supports holds a load at rest; see `SLIP_TIME`.
+    With `slope`, friction among objects and supports holds a load at rest; see `SLIP_STEPS`.
     """
     damping_ratio = damping_ratio_for(surface.restitution, NATURAL_FREQUENCY * timestep)
     impedance = HAND_IMPEDANCE if surface.rank == END_EFFECTOR_RANK else OBJECT_IMPEDANCE
@@ -201,7 +201,7 @@ def pair_parameters(surface: Surface, timestep: float, slope: bool = False) -> P
         friction=(surface.lateral, surface.lateral, surface.spinning, surface.rolling, surface.rolling),
         solref=(-(NATURAL_FREQUENCY**2), -2.0 * damping_ratio * NATURAL_FREQUENCY),
         solimp=(first, impedance, IMPEDANCE_WIDTH, 0.5, 2.0),
-        solreffriction=(-(NATURAL_FREQUENCY**2), -1.0 / (SLIP_TIME * timestep)) if holds else (0.0, 0.0),
+        solreffriction=(-(NATURAL_FREQUENCY**2), -1.0 / (SLIP_STEPS * timestep)) if holds else (0.0, 0.0),
     )
 
 

@@ -20,10 +20,10 @@ MAX_PENETRATION = 0.012
 """Penetration above which the simulation is stopped [m]; chosen. The deepest valid contact has 10 mm: two limes of a
 bag that is released over the order's crate meet at 3.1 m/s when the lower one rebounds from the floor."""
 
-INTERVAL = 0.01
+CHECK_INTERVAL = 0.01
 """Time between two checks of contacts [s], chosen; a collision lasts longer."""
 
-HISTORY = 100
+MAX_STATES = 100
 """Number of states that the watchdog keeps [-], chosen: those of the last second."""
 
 RIM_HEIGHT = 0.02
@@ -33,17 +33,17 @@ RIM_HEIGHT = 0.02
 class Watchdog:
     """Stops a simulation with an invalid state, and writes its last states to a file.
 
-    Speeds and commands are checked after every control period, everything else every `INTERVAL`.
+    Speeds and commands are checked after every control period, everything else every `CHECK_INTERVAL`.
     """
 
     def __init__(self, label: str) -> None:
         """Name the file of the last states after `label`."""
         self._label = label
         self._last_check = 0.0
-        self._states: deque[tuple[float, Array, Array, Array]] = deque(maxlen=HISTORY)
+        self._states: deque[tuple[float, Array, Array, Array]] = deque(maxlen=MAX_STATES)
 
     def check(self, data: mujoco.MjData) -> None:
-        """Check the state, and store it every `INTERVAL`.
+        """Check the state, and store it every `CHECK_INTERVAL`.
 
         Raises:
             SimulationError: The state is not finite, or a contact is deeper than `MAX_PENETRATION`; the error names the
@@ -52,7 +52,7 @@ class Watchdog:
         v, command, time = data.qvel, data.ctrl, data.time
         # MuJoCo would replace a command that is not finite by zero and go on.
         finite = math.isfinite(v.dot(v) + command.dot(command))
-        if finite and time - self._last_check < INTERVAL - 1e-9:
+        if finite and time - self._last_check < CHECK_INTERVAL - 1e-9:
             return
         self._last_check = time
         finite = finite and bool(np.isfinite(data.qpos).all())
@@ -97,8 +97,8 @@ class RimCheck:
         self._last_check = -np.inf
 
     def find_collision(self, data: mujoco.MjData) -> str | None:
-        """Return a text with part and crate of a collision, or None. Contacts are checked every `INTERVAL`."""
-        if not self._walls or data.time - self._last_check < INTERVAL - 1e-9:
+        """Return a text with part and crate of a collision, or None. Contacts are checked every `CHECK_INTERVAL`."""
+        if not self._walls or data.time - self._last_check < CHECK_INTERVAL - 1e-9:
             return None
         self._last_check = data.time
         pairs = data.contact.geom

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from ..exceptions import ConfigurationError
+from ..exceptions import ConfigurationError, remedy_for
 from ..files import read_toml
 from ..sections import MASS_RANGE
 from .contact import OBJECT_RANK, Surface, restitution_for_mass
@@ -21,7 +20,7 @@ VARIANTS = ("real", "sim", "literal")
 """Names of the variants, which are tables of an object file; the keys above all tables are "real". They are three
 readings of the paper's Table I."""
 
-SIZES = {
+SIZE_KEYS = {
     "sphere": ("radius",),
     "ellipsoid": ("radii",),
     "capsule": ("radius", "length"),
@@ -106,9 +105,9 @@ def build_object(table: Mapping[str, Any], name: str, variant: str, folder: Path
         raise ConfigurationError(f"has no variant {variant!r}; pile.variant can be {' or '.join(map(repr, have))}")
     keys = {key: value for key, value in table.items() if key not in VARIANTS} | _subtable(table, variant, None)
     shape = keys.get("shape")
-    if not isinstance(shape, str) or shape not in SIZES:
-        raise ConfigurationError(f"shape = {shape!r:.80} must be one of {', '.join(map(repr, SIZES))}")
-    valid = (*COMMON_KEYS, *SIZES[shape])
+    if not isinstance(shape, str) or shape not in SIZE_KEYS:
+        raise ConfigurationError(f"shape = {shape!r:.80} must be one of {', '.join(map(repr, SIZE_KEYS))}")
+    valid = (*COMMON_KEYS, *SIZE_KEYS[shape])
     for other in VARIANTS:
         _reject_unknown(_subtable(table, other, None), valid, f"[{other}] of a {shape}")
     _reject_unknown(keys, valid, f"a {shape}")
@@ -213,8 +212,7 @@ def _reject_unknown(keys: Mapping[str, Any], valid: tuple[str, ...], owner: str)
     """Reject keys that are not valid; `owner` names the table or shape in the error."""
     for key in keys:
         if key not in valid:
-            close = get_close_matches(key, valid, n=1)
-            remedy = f"did you mean {close[0]!r}?" if close else f"valid keys are {', '.join(valid)}"
+            remedy = remedy_for(key, valid, f"valid keys are {', '.join(valid)}")
             raise ConfigurationError(f"{owner} has no key {key!r}; {remedy}")
 
 

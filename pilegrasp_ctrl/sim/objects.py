@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 
-from ..exceptions import ConfigurationError
+from ..exceptions import ConfigurationError, remedy_for
 from ..scenarios import is_file, object_files, object_parts
 from ..sections import PileConfig
 from .object_file import read_object
@@ -77,8 +76,7 @@ def object_model(name: str, mass: float | None = None, scale: float = 1.0, varia
     elif name in OBJECT_MODELS:
         found = read_object(object_files()[name], variant) if variant != "real" else OBJECT_MODELS[name]
     else:
-        close = get_close_matches(name, OBJECT_MODELS, n=1)
-        remedy = f"did you mean {close[0]!r}?" if close else f"choose from {', '.join(OBJECT_MODELS)}"
+        remedy = remedy_for(name, OBJECT_MODELS, f"choose from {', '.join(OBJECT_MODELS)}")
         raise ConfigurationError(f"pile.object = {name!r} is not known; {remedy}")
     return (found if mass is None else found.with_mass(mass)).scaled(scale)
 

@@ -43,7 +43,7 @@ FRICTION_RATIO = 3.0
 
 SLOPE_FRICTION_RATIO = 10.0
 """The same ratio on a slope [-], chosen. There friction holds a heap, which flows if the friction yields; see also
-`SLIP_TIME`. At 30 the solver's iterations do not suffice, and the remaining error keeps apples and heavy spheres
+`SLIP_STEPS`. At 30 the solver's iterations do not suffice, and the remaining error keeps apples and heavy spheres
 awake."""
 
 SLEEP_TOLERANCE = 5e-3

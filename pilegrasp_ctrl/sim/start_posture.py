@@ -19,13 +19,13 @@ ORIENTATION_TOLERANCE = 1e-3
 MARGIN = 0.05
 """Distance of the start posture from the joint limits [rad], chosen."""
 
-STEP = 0.1
+TIME_STEP = 0.1
 """Time step of a search iteration [s], chosen."""
 
-ITERATIONS = 300
+MAX_ITERATIONS = 300
 """Largest number of iterations from one initial posture [-], chosen."""
 
-SETTLED = 1e-6
+SETTLED_MOTION = 1e-6
 """Largest joint motion in an iteration at which the posture task is dropped and only the tool task is left [rad],
 chosen."""
 
@@ -92,12 +92,12 @@ class StartPosture:
         posture.set_target(np.asarray(guess, dtype=float))
         limits = [mink.ConfigurationLimit(self._model, min_distance_from_limits=MARGIN)]
         tasks = [tool, posture]
-        for iteration in range(ITERATIONS):
-            velocity = mink.solve_ik(configuration, tasks, STEP, "daqp", damping=1e-6, limits=limits)
-            configuration.integrate_inplace(velocity, STEP)
+        for iteration in range(MAX_ITERATIONS):
+            velocity = mink.solve_ik(configuration, tasks, TIME_STEP, "daqp", damping=1e-6, limits=limits)
+            configuration.integrate_inplace(velocity, TIME_STEP)
             error = tool.compute_error(configuration)
             if len(tasks) == 1 and np.linalg.norm(error) < 0.5 * POSITION_TOLERANCE:
                 break
-            if iteration + 1 >= ITERATIONS // 2 or np.abs(velocity).max() * STEP < SETTLED:
+            if iteration + 1 >= MAX_ITERATIONS // 2 or np.abs(velocity).max() * TIME_STEP < SETTLED_MOTION:
                 tasks = [tool]
         return configuration.q.copy(), float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:]))
