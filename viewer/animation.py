@@ -1,4 +1,4 @@
-"""Motion as few keys: tracks for three.js's animation mixer, thinned so that no pose errs by more than a bound."""
+"""Motion as a few keys: tracks for three.js's animation mixer, thinned so that every pose error stays below a bound."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def angle_between(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def thin(count: int, error: Callable[[int, int], NDArray[np.float64]], tolerance: float) -> NDArray[np.intp]:
-    """Return the indices of `count` points that must stay, given the errors of the line between any two of them.
+    """Return the indices of `count` points that must be kept, given the errors of the line between any two of them.
 
     This is the algorithm of Ramer, Douglas and Peucker: it splits a segment at its largest error, until every segment
     holds the tolerance.
@@ -147,7 +147,7 @@ def pose_tracks(times: Array, position: Array, quaternion: Array, reach: float) 
     """Return the tracks of a body's motion, none for a body at rest.
 
     `reach` [m] is the distance that the body's shapes extend from its frame. A long link gets a tighter angle than
-    0.5°, so that its far end errs by at most twice the position tolerance.
+    0.5°, so that the error of its far end is at most twice the position tolerance.
     """
     angle = min(ROTATION_TOLERANCE, 2.0 * POSITION_TOLERANCE / max(reach, 1e-9))
     tracks = (

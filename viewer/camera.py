@@ -1,4 +1,4 @@
-"""The camera: what it frames, and the side from which least hides the objects and the hand."""
+"""The camera: the box that it frames, and the side from which objects and hand are hidden least."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ VIEWS = tuple(
 along +x, so the camera sees it from the side. It looks from the right, so that pages of many attempts look alike."""
 
 RANK_COST = 0.01
-"""Share of the points that a view must hide less than the view before it in `VIEWS` to be taken instead; chosen."""
+"""Share of the points that a view must show more than the view before it in `VIEWS` to be preferred; chosen."""
 
 FRAMES = 8
 """Number of frames, at equal distances in time, in which a view is judged; chosen."""
 
 MAX_TARGETS = 20
-"""Largest number of objects, and of bodies of the hand, whose sight is judged; chosen."""
+"""Largest number of objects, and of bodies of the hand, whose visibility is judged; chosen."""
 
 EYE_DISTANCE = 3.0
 """Distance from a point to the eye [m]: farther than anything in a scene."""
@@ -32,7 +32,7 @@ TIP_HEIGHT = np.array([0.0, 0.0, 0.02])
 """Displacement of the judged point from the tool [m], so that the table does not hide it."""
 
 MARGIN = 0.06
-"""Margin of the framed box around the bodies' frames [m]: about the size of an object."""
+"""Margin of the framed box around the bodies' frames [m]; chosen as about the size of an object."""
 
 
 def directions() -> NDArray[np.float64]:
@@ -44,7 +44,7 @@ def directions() -> NDArray[np.float64]:
 
 
 def action_box(recording: Recording) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the corners (3,) and (3,) [m] of the box to frame: hand and objects, without the few that roll away."""
+    """Return the low and high corner (3,) [m] of the box to frame: hand and objects, without a few that roll away."""
     roles = np.array([body.role for body in recording.bodies])
     inside = []
     for role, share in (("hand", 2.0), ("object", 8.0)):
@@ -109,7 +109,7 @@ def best_direction(recording: Recording) -> NDArray[np.float64]:
     hidden = np.zeros(len(candidates))
     for frame in moments:
         position = recording.body_position[frame].astype(np.float64)
-        # The whole hand would not do: the wrist hides its root from almost everywhere.
+        # The whole hand is no good target: the wrist hides its base from almost every side.
         tips = position[hand] if tool is None else tool[frame, None] + TIP_HEIGHT
         for points in (position[objects], tips):
             veil = np.zeros((len(candidates), len(points)))
@@ -121,7 +121,7 @@ def best_direction(recording: Recording) -> NDArray[np.float64]:
 
 
 def view(recording: Recording) -> dict[str, list[float]]:
-    """Return what the page frames: `low` and `high` corners of a box [m] and the `direction` to look from."""
+    """Return the page's view: `low` and `high` corners of the framed box [m], and the `direction` to the camera."""
     low, high = action_box(recording)
     return {
         "low": np.round(low, 4).tolist(),

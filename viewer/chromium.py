@@ -1,4 +1,4 @@
-"""A headless Chromium driven over the DevTools protocol through two pipes; the standard library is all it needs."""
+"""A headless Chromium, driven over the DevTools protocol through two pipes with the standard library alone."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ from typing import Any, Self
 from pilegrasp_ctrl.exceptions import ExportError
 
 NAMES = ("chromium", "chromium-browser", "google-chrome-stable", "google-chrome", "chrome")
-ON_A_MAC = "/Applications/{0}.app/Contents/MacOS/{0}"
+"""Usual names of the program on the PATH, the preferred one first."""
+
+MAC_PROGRAM = "/Applications/{0}.app/Contents/MacOS/{0}"
+"""Path of the program on macOS, by the name of its bundle."""
 
 FLAGS = (
     "--headless=new",
@@ -37,16 +40,17 @@ FLAGS = (
     "--hide-scrollbars",
     "--remote-debugging-pipe",
 )
+"""Flags of every start: no window, software rendering, no background traffic, and commands through pipes."""
 
-# Chromium reads commands on descriptor 3 and answers on 4.
 LAUNCH = (
     "import os, sys; [os.dup2(int(n), k) for n, k in zip(sys.argv[1:], (3, 4))]; os.execv(sys.argv[3], sys.argv[3:])"
 )
+"""Python program that starts Chromium with its pipes in place: commands on descriptor 3, answers on 4."""
 
 
 def find_chromium() -> str | None:
     """Return the browser named by PILEGRASP_CHROMIUM or the first of the usual names on the path."""
-    bundles = (ON_A_MAC.format(name) for name in ("Google Chrome", "Chromium"))
+    bundles = (MAC_PROGRAM.format(name) for name in ("Google Chrome", "Chromium"))
     return os.environ.get("PILEGRASP_CHROMIUM") or next(filter(None, map(shutil.which, (*NAMES, *bundles))), None)
 
 
@@ -54,7 +58,7 @@ def require_chromium() -> str:
     """Return the path of a browser that can draw.
 
     Raises:
-        ExportError: There is none.
+        ExportError: No browser is found, or PILEGRASP_CHROMIUM names no program.
     """
     named = os.environ.get("PILEGRASP_CHROMIUM")
     if named and not shutil.which(named):
@@ -88,7 +92,7 @@ class Chromium:
         to_browser, self._out = os.pipe()
         self._in, from_browser = os.pipe()
         command = [executable, *FLAGS, *flags, f"--user-data-dir={self._profile.name}", "about:blank"]
-        # They keep clear of 3 and 4, so that moving one end there cannot close the other.
+        # Descriptors from 10 on: moving one end to 3 or 4 must not close the other.
         ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (to_browser, from_browser)]
         self._process = subprocess.Popen(
             [sys.executable, "-I", "-S", "-c", LAUNCH, *map(str, ends), *command],
@@ -161,7 +165,7 @@ class Chromium:
             while content:
                 content = content[os.write(self._out, content) :]
         except BrokenPipeError:
-            # `_receive` reads what the program said before it ended, and explains its silence.
+            # `_receive` reads the last answers of the program, and raises the error.
             pass
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:

@@ -35,14 +35,15 @@ SCENE_PROPERTIES = (
     ("/Lights/SpotLight/<object>", "penumbra", 1.0),
     ("/Cameras/default/rotated/<object>", "fov", 35.0),
 )
-"""Path, property and value of what meshcat's scene has otherwise: no grid, axes or background, other lights."""
+"""Path, name and value of each property that differs from meshcat's default: no grid, axes or background, other lights,
+and a narrower field of view."""
 
 
 def node_path(index: int, body: Body) -> str:
     """Return the body's path in the scene tree.
 
-    The index tells names apart that differ in odd characters only, and keeps a name such as `__proto__` from reaching
-    a JavaScript object as a key.
+    The index distinguishes names that differ only in replaced characters. It also keeps a name such as `__proto__` from
+    becoming a key of a JavaScript object.
     """
     return f"/{FOLDERS[body.role]}/{index:02d} {re.sub(r'[^A-Za-z0-9_-]', '_', body.name)[:40]}"
 

@@ -1,4 +1,4 @@
-"""A contact sheet: one picture of an attempt, with the moments that tell what happened side by side."""
+"""A contact sheet: one picture of an attempt, with its key moments side by side."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MAX_TILES = 24
 """Largest number of tiles; chosen. A recording with more moments shows the first of them and its end."""
 
 SAME_MOMENT = 0.05
-"""Difference in time below which two moments share a tile [s]; nothing visible happens between them."""
+"""Difference in time below which two moments share a tile [s]; chosen, because nothing visible happens between them."""
 
 
 @dataclass(frozen=True, slots=True)

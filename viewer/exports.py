@@ -16,7 +16,7 @@ from pilegrasp_ctrl.viewer.stills import Progress
 
 
 def require_programs(path: str | os.PathLike[str]) -> None:
-    """Check that the programs that such a file needs are installed, before the work on its content.
+    """Check that the programs for such a file are installed, before its content is made.
 
     Raises:
         ExportError: A program is missing.
@@ -40,18 +40,18 @@ def write(
 
     Args:
         recording: Recording to show.
-        path: Path of the file; its suffix decides what the file holds.
+        path: Path of the file; its suffix decides the format.
         beside: Second recording that the page shows beside the first, on the same clock.
         speed: Speed of a movie, in times real time.
-        progress: Function that is called with the number of finished pictures and the number of all.
+        progress: Callback that gets the number of finished pictures and the number of all pictures.
 
     Raises:
-        ExportError: The suffix is another or does not go with `beside`, a program that the file needs is missing, or
-            the place cannot be written.
+        ExportError: The suffix is unknown or does not fit `beside`, a program for the file is missing, or the path
+            cannot be written.
     """
     suffix = Path(path).suffix
     if beside is not None and suffix != ".html":
-        raise ExportError(f"{path}: two recordings stand side by side on a page only; give a name that ends in .html")
+        raise ExportError(f"{path}: only a page shows two recordings side by side; give a name that ends in .html")
     match suffix:
         case ".html":
             write_html(recording, path, beside)

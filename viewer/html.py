@@ -23,7 +23,7 @@ from pilegrasp_ctrl.viewer.panel import panel_data, panel_html
 from pilegrasp_ctrl.viewer.summary import Summary, summarize
 
 MAX_FRAMES = 50_000
-"""Largest number of frames in a page: 28 minutes at 30 Hz. A browser would not open a much longer one."""
+"""Largest number of frames in a page: 28 minutes at 30 Hz; chosen. A browser does not open a much longer page."""
 
 _HERE = Path(__file__).parent
 
@@ -44,13 +44,13 @@ def viewer_script() -> str:
         raise ExportError(f"meshcat's viewer cannot be read: {error}; install meshcat 0.3.2 again") from error
     notices = [folder / "LICENSE", folder / "dist" / "main.min.js.LICENSE.txt"]
     licence = "\n".join(file.read_text(encoding="utf-8") for file in notices if file.is_file())
-    # The page names no address, so a reader can see at a glance that it asks for nothing.
+    # The page contains no address, which shows a reader that it loads nothing.
     licence = licence.replace("https://", "").replace("http://", "").replace("*/", "").replace("/*", "")
     return f"/*!\nmeshcat and what it bundles:\n{licence}\n*/\n{script}"
 
 
 def own_script(*names: str) -> str:
-    """Return scripts of this folder, one after the other."""
+    """Return the joined text of scripts in this folder."""
     return "".join((_HERE / name).read_text(encoding="utf-8") for name in names)
 
 
@@ -66,7 +66,7 @@ def _block(name: str, content: bytes) -> str:
 
 
 def page(recording: Recording, beside: Recording | None = None) -> str:
-    """Return the recording as one HTML document that loads nothing from anywhere.
+    """Return the recording as one HTML document that loads nothing.
 
     A second recording is shown beside the first, on the same clock. A recording without a motion pattern is measured
     first. Equal recordings give equal pages. The document's policy forbids every request and every script but its two.
@@ -122,7 +122,7 @@ def write_html(recording: Recording, path: str | os.PathLike[str], beside: Recor
     """Write `page(recording, beside)` to a file, all of it or nothing.
 
     Raises:
-        ExportError: The place cannot be written, meshcat's viewer is missing, or a recording is too long.
+        ExportError: The path cannot be written, meshcat's viewer is missing, or a recording is too long.
     """
     content = page(recording, beside).encode("utf-8", errors="replace")
     try:

@@ -1,4 +1,4 @@
-"""The attempts of a study, read from its database without trusting what stands in it."""
+"""The attempts of a study, read from its database without trust in its content."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ class AttemptRow:
     """One attempt of a study.
 
     Attributes:
-        config_hash: Hash of its scenario.
+        config_hash: Hash of the scenario.
         seed: Seed of pile and noise.
-        condition: Label and value of each key that tells its condition from the others.
-        success: Whether it succeeded; None if it raised an error or its result cannot be read.
+        condition: Label and value of each key that differs between conditions.
+        success: Whether the attempt succeeded; None if it raised an error or its result cannot be read.
         grasped: Number of objects held.
         triggered: Whether the push ended by F_grasp.
-        words: Reason of its end, or the error.
+        words: Reason of the end, or the error.
         duration: Simulated time [s], if known.
     """
 
@@ -45,49 +45,47 @@ class AttemptRow:
 
 
 def read_attempts(folder: Path) -> list[AttemptRow]:
-    """Return the attempts of `folder/study.db`, as they stand there.
+    """Return the attempts of `folder/study.db`, in the order of the database.
 
     Raises:
-        ExportError: There is no such file, it is no study, or it is damaged.
+        ExportError: The file does not exist, is not a study, or is damaged.
     """
     file = folder / STUDY_FILE
     if not file.is_file():
         raise ExportError(f"{file}: no such study; `pilegrasp sweep ... --out {folder}` makes one")
     try:
-        # A reader must not change a study, not even by the journal of a writer that has died.
-        connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
-        try:
-            query = "SELECT config_hash, seed, condition, result, error FROM attempts"
-            return [_row(*values) for values in connection.execute(query)]
-        finally:
-            connection.close()
+        rows = _query(file, "SELECT config_hash, seed, condition, result, error FROM attempts")
     except sqlite3.Error as error:
         raise ExportError(f"{file}: is no study or is damaged: {error}; make it again with `pilegrasp sweep`") from None
+    return [_row(*values) for values in rows]
 
 
 def read_scenario(folder: Path, config_hash: str) -> Mapping[str, Any]:
-    """Return the complete scenario of a condition, as it was written down.
+    """Return the complete scenario of a condition, as the study keeps it.
 
     Raises:
-        ExportError: The study keeps none.
+        ExportError: The study keeps no scenario of this condition.
     """
     file = folder / STUDY_FILE
     try:
-        connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
-        try:
-            found = connection.execute(
-                "SELECT scenario FROM scenarios WHERE config_hash = ?", (config_hash,)
-            ).fetchone()
-        finally:
-            connection.close()
+        found = _query(file, "SELECT scenario FROM scenarios WHERE config_hash = ?", config_hash)
     except sqlite3.Error:
-        found = None
-    scenario = None if found is None else _parsed(found[0])
+        found = []
+    scenario = _parsed(found[0][0]) if found else None
     if not isinstance(scenario, dict):
         raise ExportError(
             f"{file}: keeps no scenario for {config_hash}, so its attempts cannot be repeated; leave out --recordings"
         )
     return scenario
+
+
+def _query(file: Path, query: str, *values: str) -> list[tuple[Any, ...]]:
+    """Return the rows of a query; the connection is read-only, so that even an old journal changes nothing."""
+    connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
+    try:
+        return connection.execute(query, values).fetchall()
+    finally:
+        connection.close()
 
 
 def _parsed(content: Any) -> Any:

@@ -14,7 +14,7 @@ from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.animation import thin
 
 WIDTH, HEIGHT = 1000.0, 100.0
-"""Units of the box in which curves are drawn; it is stretched to the page, and strokes keep their width."""
+"""Size of the box in which curves are drawn; chosen. The page stretches the box; strokes keep their width."""
 
 BINS = 250
 """Number of bins of a thinned curve, each with its smallest and its largest sample; chosen."""
@@ -106,12 +106,12 @@ class Lane:
     """Curves of one unit.
 
     Attributes:
-        title: Name of what the lane shows.
-        unit: Unit of its values.
+        title: Name of the quantity.
+        unit: Unit of the values.
         curves: Curves from front to back.
         height: Height on the page [px].
         threshold: Text and value of a line across the lane.
-        least: Least upper end of the lane.
+        least: Smallest upper end of the lane.
         fixed: Lowest and highest value, if they do not follow from the curves.
     """
 

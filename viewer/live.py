@@ -29,18 +29,21 @@ from pilegrasp_ctrl.viewer.camera import view
 from pilegrasp_ctrl.viewer.commands import commands, node_path, pack
 from pilegrasp_ctrl.viewer.html import own_script, viewer_script
 from pilegrasp_ctrl.viewer.live_server import Audience, application
+from pilegrasp_ctrl.viewer.panel import STATES
 from pilegrasp_ctrl.viewer.shapes import column_major, tubes
 
 LOOPBACK = "127.0.0.1"
+"""Address of the server: only this machine can reach it."""
 
 PORTS = (*range(7000, 7020), 0)
-"""Ports that are tried, in this order; 0 is any. Meshcat's usual port comes first, so that a tunnel can be kept."""
+"""Ports that are tried, in this order; 0 means any free port. Meshcat's default port comes first, so that an existing
+tunnel still works."""
 
 PATIENCE = 20.0
-"""Time that the attempt waits for somebody to open the page [s]; chosen."""
+"""Time that the attempt waits for a first open page [s]; chosen."""
 
 BOX_MARGIN = np.array([0.1, 0.1, 0.05])
-"""Margin of the framed box around hand and objects as they are at the start [m]; they will move."""
+"""Margin of the framed box around hand and objects at the start, because they will move [m]; chosen."""
 
 _HERE = Path(__file__).parent
 
@@ -48,7 +51,7 @@ _HERE = Path(__file__).parent
 class LiveView:
     """The server of one attempt for any number of browsers on this machine; a context manager.
 
-    `episode.run(on_frame=view.show)` shows the attempt. The view holds the simulation back to real time and changes
+    `episode.run(on_frame=view.show)` shows the attempt. The view slows the simulation down to real time and changes
     nothing else. It starts when the first page is open, or `patience` [s] after the view was made.
 
     Attributes:
@@ -106,9 +109,9 @@ class LiveView:
         position: NDArray[np.float64],
         quaternion: NDArray[np.float64],
     ) -> None:
-        """Show a frame at its time: sleep until the wall clock has come as far as the simulation, `moment` [s].
+        """Show a frame at its time: sleep until the wall clock has reached the simulated time `moment` [s].
 
-        A simulation that is slower than real time is shown as it comes; it does not catch up afterwards.
+        Frames of a simulation that is slower than real time are shown at once; it does not catch up afterwards.
         """
         if not self._paths:
             self._open(moment, bodies, position, quaternion)
@@ -120,7 +123,7 @@ class LiveView:
             {"type": "set_transform", "path": path, "matrix": column_major(p, rotation_matrices(q))}
             for path, p, q in poses
         ]
-        self._tell(self._audience.frame, pack(transforms), _text(now=f"{moment:.2f} s · {primitive}"))
+        self._send(self._audience.frame, pack(transforms), _text(now=f"{moment:.2f} s · {primitive}"))
 
     def _open(
         self,
@@ -133,20 +136,20 @@ class LiveView:
         places, turns = (array[None].astype(np.float32) for array in (position, quaternion))
         still = Recording({}, bodies, np.array([moment]), places, turns, np.array([]), {})
         box = view(still)
-        # The motion to come is not known yet.
+        # The motion is not known yet, so the box gets a margin.
         box["low"], box["high"] = [
             np.add(box[key], side * BOX_MARGIN).tolist() for key, side in (("low", -1), ("high", 1))
         ]
         self._paths = [node_path(index, body) for index, body in enumerate(bodies)]
-        self._tell(self._audience.scene, pack(commands(still)), _text(view=box, tubes=tubes(still, self._paths)))
+        self._send(self._audience.scene, pack(commands(still)), _text(view=box, tubes=tubes(still, self._paths)))
         self._audience.present.wait(max(0.0, self._deadline - time.monotonic()))
 
     def finish(self, verdict: str, reason: str = "", success: bool | None = None) -> None:
-        """Show how the attempt ended."""
-        state = {True: "success", False: "failure", None: "unknown"}[success]
-        self._tell(self._audience.verdict, _text(verdict=verdict, reason=reason, state=state))
+        """Show the verdict of the attempt."""
+        self._send(self._audience.verdict, _text(verdict=verdict, reason=reason, state=STATES[success]))
 
-    def _tell(self, method: Any, *messages: bytes | str) -> None:
+    def _send(self, method: Any, *messages: bytes | str) -> None:
+        """Call a method of the audience in the server's thread."""
         self._loop.call_soon_threadsafe(method, *messages)
 
     def close(self) -> None:

@@ -16,9 +16,10 @@ POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'unsafe-inline'; img-src data: blob:; "
     "connect-src 'self' ws://{host}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
+"""Content security policy of the page: its own scripts, and a connection to this server only."""
 
 FAREWELL = 2.0
-"""Longest time to wait for a page to take its last messages [s]; chosen."""
+"""Longest time to wait until a page has received its last messages [s]; chosen."""
 
 
 class Audience:
@@ -36,7 +37,7 @@ class Audience:
         self._pending: dict[WebSocketHandler, asyncio.Future[None] | None] = {}
 
     def enter(self, page: WebSocketHandler) -> None:
-        """Send a new page all that it missed."""
+        """Send a new page the messages that it missed."""
         self._pending[page] = None
         self._send(page, *self._scene, *self._frame, *self._verdict)
         self.present.set()
@@ -52,7 +53,7 @@ class Audience:
             self._send(page, *messages)
 
     def frame(self, *messages: bytes | str) -> None:
-        """Send every page a frame; skip a page that has not yet taken the last one."""
+        """Send every page a frame; skip a page that has not received the last one yet."""
         self._frame = messages
         for page, pending in list(self._pending.items()):
             if pending is None or pending.done():
@@ -127,8 +128,8 @@ class FramesHandler(WebSocketHandler):
 def application(address: str, files: Mapping[str, tuple[str, str]], audience: Audience) -> Application:
     """Return the answers to requests for `address` or localhost; every other name gets 404.
 
-    A page elsewhere can have its name resolve to this machine, to turn a browser against a local server. It gets
-    nothing.
+    A foreign page can let its name resolve to this machine, to reach a local server through the browser (DNS
+    rebinding). Its requests get 404.
 
     Args:
         address: Address on which the server listens.

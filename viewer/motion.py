@@ -1,4 +1,4 @@
-"""What the analysis measured of a push, for the page: the separated object, and the funnel before the hand."""
+"""The measured motion of a push, for the page: the separated object, and the funnel before the hand."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Result = TypeVar("Result")
 
 
 def with_motion(recording: Recording) -> Recording:
-    """Return the recording with its motion pattern in `meta["motion"]`; a pattern that it has stays as it is."""
+    """Return the recording with its motion pattern in `meta["motion"]`; an existing pattern is kept."""
     if "motion" in recording.meta:
         return recording
     return _attempted(annotate, recording) or recording
 
 
 def forward(recording: Recording) -> list[float]:
-    """Return the level direction (2,) in which the pushing hand points; +x without a push."""
+    """Return the horizontal direction (2,) in which the pushing hand points; +x without a push."""
     axes = _attempted(hand_axes, recording)
     return [1.0, 0.0] if axes is None else np.round(axes[0, :2], 5).tolist()
 
@@ -59,9 +59,9 @@ def _push_frame(recording: Recording) -> dict[str, Any] | None:
 
 
 def _attempted(measure: Callable[[Recording], Result], recording: Recording) -> Result | None:
-    """Return a measure; None if it fails, because a page must show a recording whatever its meta holds."""
+    """Return a measure; None if it fails, because a page must show a recording with any meta."""
     try:
         return measure(recording)
     except Exception as error:
-        warnings.warn(f"the page lacks what could not be measured: {error!r}", RuntimeWarning, stacklevel=3)
+        warnings.warn(f"the page leaves out a measure that failed: {error!r}", RuntimeWarning, stacklevel=3)
         return None

@@ -31,10 +31,10 @@ MP4_RATE = 15.0
 """Frames per second of an MP4; chosen."""
 
 MP4_SIZE = (960, 630)
-"""Width and height of an MP4 [px]; chosen, and even, as the encoder demands."""
+"""Width and height of an MP4 [px]; chosen, and even, because the encoder requires it."""
 
 HOLD = 1.5
-"""Time for which the last frame stays [s]; it carries the verdict."""
+"""Time for which the last frame, with the verdict, is shown [s]; chosen."""
 
 MAX_FRAMES = 3000
 """Largest number of frames in a movie; chosen."""
@@ -43,13 +43,14 @@ SLOWEST, FASTEST = 0.01, 100.0
 """Range of a movie's speed, in times real time; chosen."""
 
 PALETTE_FRAMES = 6
-"""Number of frames from which the palette of a GIF is taken. All frames share it, because the eye sees a flicker."""
+"""Number of frames from which the palette of a GIF is computed; chosen. All frames share it, so that colours do not
+flicker."""
 
 RARE_COLORS = ("#d62728", "#14733b", "#b3261e")
 """The arrow's red and the verdict's green and red: they cover few pixels, so a palette by frequency would lose them."""
 
 SWATCH_HEIGHT = 24
-"""Height of the stripe of each rare colour in the picture from which the palette is taken [px]."""
+"""Height of the stripe of each rare colour in the picture from which the palette is computed [px]; chosen."""
 
 
 def frame_times(recording: Recording, fps: float, speed: float) -> tuple[float, ...]:
@@ -70,7 +71,7 @@ def frame_times(recording: Recording, fps: float, speed: float) -> tuple[float, 
             f"give a speed of {fitting:.2g} or more"
         )
     times = [first + k * step for k in range(count)]
-    # The end is always shown; a nearly equal moment before it would only stutter.
+    # The last frame is always shown; a frame just before it would stutter.
     if count > 1 and last - times[-1] < 0.5 * step:
         times.pop()
     return (*times, last) if last > first else (first,)
@@ -91,7 +92,7 @@ def _frames(
 def write_gif(
     recording: Recording, path: str | os.PathLike[str], speed: float = 1.0, progress: Progress | None = None
 ) -> None:
-    """Write an animated GIF, all of it or nothing; it repeats without end.
+    """Write an animated GIF, all of it or nothing; it repeats for ever.
 
     Raises:
         ExportError: No Chromium or no Pillow is found, the speed does not fit, or the place cannot be written.
@@ -155,10 +156,10 @@ def write_mp4(
 
 
 def require_ffmpeg() -> str:
-    """Return the path of the program: on the PATH, or the one that the Python package imageio-ffmpeg carries.
+    """Return the path of ffmpeg: on the PATH, or in the Python package imageio-ffmpeg.
 
     Raises:
-        ExportError: There is neither.
+        ExportError: Neither is found.
     """
     found = shutil.which("ffmpeg")
     if found:
@@ -177,7 +178,7 @@ def encode_mp4(executable: str, pictures: Iterable[bytes], fps: float, path: Pat
     """Write PNG pictures of one even size as MP4, all of it or nothing.
 
     The program chooses the encoder: H.264 if it was built with one. Colours are 4:2:0, because many players show
-    nothing else. The index comes first, so that a browser can play before it has all.
+    nothing else. The index comes first, so that a browser can play before the download ends.
 
     Raises:
         ExportError: The program fails, or the place cannot be written.
@@ -186,16 +187,17 @@ def encode_mp4(executable: str, pictures: Iterable[bytes], fps: float, path: Pat
     command += ["-f", "image2pipe", "-framerate", f"{fps:g}", "-c:v", "png", "-i", "pipe:0"]
     command += ["-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"]
     try:
-        with whole_file(path) as beside, tempfile.TemporaryFile() as complaints:
-            _feed([*command, f"file:{beside}"], pictures, complaints)
+        with whole_file(path) as beside, tempfile.TemporaryFile() as messages:
+            _feed([*command, f"file:{beside}"], pictures, messages)
     except (OSError, ValueError) as error:
         raise ExportError(f"the movie cannot be written to {str(path)!r}: {error}") from error
 
 
-def _feed(command: list[str], pictures: Iterable[bytes], complaints: IO[bytes]) -> None:
+def _feed(command: list[str], pictures: Iterable[bytes], messages: IO[bytes]) -> None:
+    """Run ffmpeg on the pictures; its error messages go to `messages`."""
     # An interrupt from the keyboard reaches this program only, which then ends ffmpeg in order.
     process = subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=complaints, start_new_session=True
+        command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=messages, start_new_session=True
     )
     pipe = cast(IO[bytes], process.stdin)
     try:
@@ -204,14 +206,14 @@ def _feed(command: list[str], pictures: Iterable[bytes], complaints: IO[bytes]) 
                 pipe.write(picture)
             pipe.close()
         except BrokenPipeError:
-            # The program has ended; its status and its words say why.
+            # The program has ended; its status and its messages give the reason.
             pass
         status = process.wait()
     finally:
         process.kill()
         process.wait()
     if status:
-        complaints.seek(0)
-        words = complaints.read().decode(errors="replace").split("\n")
-        last = next((line.strip() for line in reversed(words) if line.strip()), f"status {status}")
+        messages.seek(0)
+        lines = messages.read().decode(errors="replace").split("\n")
+        last = next((line.strip() for line in reversed(lines) if line.strip()), f"status {status}")
         raise ExportError(f"ffmpeg ({command[0]}) failed: {last}; a .gif works without it")

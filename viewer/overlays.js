@@ -1,12 +1,12 @@
 "use strict";
-// What can be switched on over a scene: each overlay has `show(on)` and `update(moment)`; what was not recorded is absent.
+// The overlays of a scene: each has `show(on)` and `update(moment)`; overlays without a recorded signal are absent.
 const makeOverlays = (() => {
-  const LARGEST = 0.3; // of an arrow [m]
-  const WINDOW = 0.25; // half the time over which motion is shown [s]
+  const LARGEST = 0.3; // largest length of an arrow [m]
+  const WINDOW = 0.25; // half the time whose motion an arrow shows [s]
 
   const steps = (path) => path.split("/").filter(Boolean);
 
-  // Arrows of one colour, drawn over everything: as many as are asked for at a moment, up to a capacity.
+  // Arrows of one colour, drawn over everything; their number changes with the moment, up to a capacity.
   function arrows(parent, capacity, color, radius) {
     const { InstancedMesh, CylinderGeometry, ConeGeometry, MeshBasicMaterial, Object3D, Vector3 } = MeshCat.THREE;
     const look = new MeshBasicMaterial({ color, depthTest: false, transparent: true, opacity: 0.9 });
@@ -100,7 +100,7 @@ const makeOverlays = (() => {
     };
   }
 
-  // The position of each object over time: the keys of its animation, or its place where it never moves.
+  // The position of each object over time: the keys of its animation, or its position if it never moves.
   function motions(viewer, paths) {
     const tracks = new Map();
     for (const action of viewer.animator.actions) {
@@ -231,7 +231,7 @@ const makeOverlays = (() => {
     };
   }
 
-  // A second, larger skin that is seen from inside only makes an outline.
+  // A second, larger skin of which only the inside is drawn makes an outline.
   function separated(viewer, data) {
     if (!data.separated) return null;
     const { MeshBasicMaterial } = MeshCat.THREE;

@@ -1,4 +1,4 @@
-"""What no camera sees: the wrench on the hand as arrows, the path of the tool as a line, and the contact forces."""
+"""The overlays of a scene: the wrench on the hand as arrows, the path of the tool as a line, and the contact forces."""
 
 from __future__ import annotations
 
@@ -20,19 +20,22 @@ METERS_PER_NEWTON_METER = 0.1
 """Length of an arrow of moment [m/(N·m)]; chosen."""
 
 FORCE_COLOR, MOMENT_COLOR = 0xD62728, 0x8E24AA
+"""Colours of the arrows of force and moment, red and purple [0xRRGGBB]; chosen."""
+
 TOOL_COLOR, REFERENCE_COLOR = 0x1F77B4, 0x111111
+"""Colours of the paths of the tool and of its reference, blue and black [0xRRGGBB]; chosen."""
 
 SHAFT_RADIUS = 0.006
-"""Radius of an arrow's shaft [m]; a short arrow is thinner."""
+"""Radius of an arrow's shaft [m]; chosen. A short arrow is thinner."""
 
 HEAD_LENGTH = 0.04
-"""Length of an arrow's head [m]; a short arrow has a shorter one."""
+"""Length of an arrow's head [m]; chosen. A short arrow has a shorter head."""
 
 LONGEST_ARROW = 0.6
-"""Length at which an arrow is cut [m]."""
+"""Length at which an arrow is cut [m]; chosen."""
 
 SHORTEST_ARROW = 1e-4
-"""Length of an arrow for no force [m]: a scale of zero has no inverse."""
+"""Length of an arrow without force [m]; chosen, because a scale of zero has no inverse."""
 
 LEAST_FORCE = 0.2
 """Force below which an arrow keeps its direction [N], because noise would turn it; chosen."""
@@ -41,6 +44,7 @@ CONTACT_METERS, CONTACT_NEWTONS = 1e-4, 1e-2
 """Units of the whole numbers in a block of contacts [m, N]; 16 bits hold 3.2 m and 327 N."""
 
 LARGEST_INT16 = 32767
+"""Largest 16-bit number, 2^15 - 1."""
 
 
 def direction_quaternions(vectors: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -60,7 +64,7 @@ def direction_quaternions(vectors: NDArray[np.float64]) -> NDArray[np.float32]:
 
 
 def _arrow_parts(color: int) -> tuple[dict[str, Any], dict[str, Any]]:
-    # It is drawn over everything, because the hand would hide it.
+    # The arrow is drawn over everything, because the hand would hide it.
     look = material("m0", color, type="MeshBasicMaterial", depthTest=False, transparent=True, opacity=0.9)
     upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
@@ -124,8 +128,9 @@ def _arrow(
 def wrist_wrench(recording: Recording, times: NDArray[np.float32]) -> Drawing:
     """Return two arrows at the wrist sensor, the force and the moment on the hand; nothing without a wrench.
 
-    The force points where the environment pushes the hand, 1 cm for a newton. The moment points along the axis about
-    which the environment turns it, 10 cm for a newton metre. Without a sensor's body the arrows are at the tool.
+    The force has the direction in which the environment pushes the hand, 1 cm for a newton. The moment lies along the
+    axis about which the environment turns the hand, 10 cm for a newton metre. Without a sensor's body
+    the arrows are at the tool.
     """
     wrench = signal_at(recording, "wrench", recording.frame_time, 6)
     sensors = [index for index, body in enumerate(recording.bodies) if body.role == "sensor"]
@@ -149,7 +154,7 @@ def wrist_wrench(recording: Recording, times: NDArray[np.float32]) -> Drawing:
 
 
 def tool_paths(recording: Recording) -> list[dict[str, Any]]:
-    """Return the commands that draw the paths of the tool and of its reference, where they were recorded."""
+    """Return the commands that draw the paths of the tool and of its reference, if they were recorded."""
     drawn = []
     for name, signal, color in (
         ("reference", "reference_position", REFERENCE_COLOR),

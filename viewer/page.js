@@ -1,5 +1,5 @@
 "use strict";
-// The page's script: one clock for all panels, and what moves it.
+// The page's script: one clock for all panels, and the controls that move it.
 window.pilegrasp = (() => {
   const element = (id) => document.getElementById(id);
   const blocks = ["commands", "contacts"].map((name) => [...document.querySelectorAll(`script.${name}`)].map((block) => block.textContent));
@@ -20,10 +20,6 @@ window.pilegrasp = (() => {
     element("clock").textContent = `${now.toFixed(2)} / ${end.toFixed(1)} s`;
   }
 
-  function seek(moment) {
-    show(moment);
-  }
-
   function play() {
     if (!api.viewer || !(end > start)) return;
     if (now >= end - 1e-3) show(start);
@@ -42,13 +38,13 @@ window.pilegrasp = (() => {
     const times = panels[0].data.frameTime;
     const at = lastFrame(times, now);
     pause();
-    seek(times[Math.max(0, Math.min(times.length - 1, frames < 0 && times[at] < now - 1e-6 ? at + frames + 1 : at + frames))]);
+    show(times[Math.max(0, Math.min(times.length - 1, frames < 0 && times[at] < now - 1e-6 ? at + frames + 1 : at + frames))]);
   }
 
   function tick(stamp) {
     requestAnimationFrame(tick);
     if (playing) {
-      // A page that was hidden, or is slow, goes on where it was instead of skipping to the end.
+      // A page that was hidden, or is slow, continues from its last moment instead of skipping to the end.
       const elapsed = before === null ? 0 : Math.min((stamp - before) / 1000, 0.1);
       before = stamp;
       show(now + elapsed * Number(element("speed").value));
@@ -79,10 +75,10 @@ window.pilegrasp = (() => {
     const boxes = document.querySelectorAll("[data-overlay]");
     const actions = {
       " ": toggle,
-      ArrowLeft: () => (far ? (pause(), seek(now - far)) : step(-1)),
-      ArrowRight: () => (far ? (pause(), seek(now + far)) : step(1)),
-      Home: () => (pause(), seek(start)),
-      End: () => (pause(), seek(end)),
+      ArrowLeft: () => (far ? (pause(), show(now - far)) : step(-1)),
+      ArrowRight: () => (far ? (pause(), show(now + far)) : step(1)),
+      Home: () => (pause(), show(start)),
+      End: () => (pause(), show(end)),
       "+": () => faster(1),
       "-": () => faster(-1),
       r: () => element("reframe").click(),
@@ -101,13 +97,13 @@ window.pilegrasp = (() => {
     element("forth").addEventListener("click", () => step(1));
     element("reframe").addEventListener("click", () => panels.forEach((panel) => panel.viewer && panel.frame()));
     element("above").addEventListener("click", () => panels.forEach((panel) => panel.viewer && panel.frame(true)));
-    element("scrub").addEventListener("input", (event) => (pause(), seek(start + Number(event.target.value) * (end - start))));
+    element("scrub").addEventListener("input", (event) => (pause(), show(start + Number(event.target.value) * (end - start))));
     for (const { plot } of panels) {
       const [first, last] = [Number(plot.dataset.start), Number(plot.dataset.end)];
       const follow = (event) => {
         const box = plot.getBoundingClientRect();
         pause();
-        seek(first + ((last - first) * (event.clientX - box.left)) / box.width);
+        show(first + ((last - first) * (event.clientX - box.left)) / box.width);
       };
       plot.addEventListener("pointerdown", (event) => {
         plot.setPointerCapture(event.pointerId);
@@ -117,7 +113,7 @@ window.pilegrasp = (() => {
     }
     document.addEventListener("keydown", keys);
     for (const button of document.querySelectorAll("[data-seek]")) {
-      button.addEventListener("click", () => (pause(), seek(Number(button.dataset.seek))));
+      button.addEventListener("click", () => (pause(), show(Number(button.dataset.seek))));
     }
     for (const box of document.querySelectorAll("[data-overlay]")) box.addEventListener("change", switchOverlays);
   }
@@ -127,7 +123,7 @@ window.pilegrasp = (() => {
       await Promise.all(panels.map((panel) => panel.open()));
       api.viewer = panels[0].viewer;
     } catch (error) {
-      for (const panel of panels) panel.blind(error);
+      for (const panel of panels) panel.showBlank(error);
     }
     switchOverlays();
     element("overlays").hidden = element("play").hidden = !api.viewer;
@@ -139,7 +135,7 @@ window.pilegrasp = (() => {
   show(start);
   tick(0);
   const ready = open();
-  // When the first picture is out, in milliseconds since the page was asked for.
+  // Time of the first picture, in milliseconds since the request of the page.
   const drawn = ready.then(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
-  return Object.assign(api, { seek, play, pause, step, time: () => now, playing: () => playing, ready, drawn });
+  return Object.assign(api, { seek: show, play, pause, step, time: () => now, playing: () => playing, ready, drawn });
 })();

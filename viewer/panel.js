@@ -1,5 +1,5 @@
 "use strict";
-// Index of the last time that is not after a moment, at least 0; times rise.
+// Index of the last time that is not after a moment, at least 0; the times increase.
 function lastFrame(times, moment) {
   let [low, high] = [0, times.length - 1];
   while (low < high) {
@@ -19,7 +19,7 @@ function makePanel(root, data, blocks) {
   const rows = [...root.querySelectorAll("tbody tr")];
   const span = data.end - data.start;
   let movedByHand = false;
-  let bend = () => {};
+  let updateTubes = () => {};
 
   async function inflate(text) {
     const bytes = Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));
@@ -38,12 +38,12 @@ function makePanel(root, data, blocks) {
     const [commands, contacts] = await Promise.all(blocks.map(inflate));
     const viewer = sceneView.open(find(".pane"), () => movedByHand || frame());
     panel.viewer = viewer;
-    sceneView.obey(viewer, commands);
-    // The page's clock moves the animation; meshcat's own buttons for it would fight with that.
+    sceneView.runCommands(viewer, commands);
+    // The page's clock moves the animation; meshcat's own buttons would disturb it.
     viewer.animator.folder.domElement.style.display = "none";
     for (const action of viewer.animator.actions) action.play();
     sceneView.light(viewer, data.view);
-    bend = makeTubes(viewer, data.tubes);
+    updateTubes = makeTubes(viewer, data.tubes);
     panel.overlays = makeOverlays(viewer, data, contacts);
     viewer.set_3d_pane_size();
     viewer.controls.addEventListener("start", () => (movedByHand = true));
@@ -65,16 +65,16 @@ function makePanel(root, data, blocks) {
     const elapsed = Math.min(own - data.start, span);
     panel.viewer.animator.seek(elapsed);
     panel.viewer.animator.display_progress(elapsed);
-    bend();
+    updateTubes();
     for (const overlay of Object.values(panel.overlays)) overlay.update(own);
   }
 
-  function blind(error) {
+  function showBlank(error) {
     console.warn("no scene:", error);
     panel.viewer = null;
     find(".blank").hidden = false;
   }
 
-  const panel = { data, root, plot, viewer: null, overlays: {}, open, show, frame, blind };
+  const panel = { data, root, plot, viewer: null, overlays: {}, open, show, frame, showBlank };
   return panel;
 }

@@ -22,6 +22,7 @@ from pilegrasp_ctrl.viewer.timeline import styles, timeline
 
 _HERE = Path(__file__).parent
 STATES = {True: "success", False: "failure", None: "unknown"}
+"""CSS class of the head for each verdict."""
 
 
 def _quantity(value: float | None, scale: float, pattern: str) -> str:

@@ -1,5 +1,5 @@
 "use strict";
-// Pictures of the page's scene at given moments; the exporter loads this into the opened page, and no page carries it.
+// Pictures of the page's scene at given moments; the exporter loads this script into the opened page.
 window.picture = (() => {
   const { viewer, seek } = pilegrasp;
   const root = getComputedStyle(document.documentElement);
@@ -13,14 +13,14 @@ window.picture = (() => {
   function size(width, height) {
     const pane = document.querySelector(".pane");
     Object.assign(pane.style, { width: `${width}px`, height: `${height}px` });
-    // Twice the pixels in each direction, which become one, and soft shadows, whatever the page took.
+    // Twice the pixels in each direction, which are averaged, and soft shadows, even if the page has hard ones.
     viewer.renderer.setPixelRatio(2);
     viewer.renderer.shadowMap.type = MeshCat.THREE.PCFSoftShadowMap;
     viewer.scene.traverse(({ material }) => material && (material.needsUpdate = true));
     viewer.set_3d_pane_size();
   }
 
-  // Returns where the text ends; what has no room is cut with an ellipsis.
+  // Returns the end of the text; text without room is cut with an ellipsis.
   function write(words, x, y, room, { points = 15, bold = false, ink = "ink", right = false } = {}) {
     pen.font = `${bold ? 600 : 400} ${points}px system-ui, -apple-system, "Segoe UI", "DejaVu Sans", sans-serif`;
     const letters = [...words];
@@ -35,7 +35,7 @@ window.picture = (() => {
     return x + width;
   }
 
-  // Drawing and reading are one task, as the browser may clear the scene's canvas between two.
+  // Drawing and reading are one task, because the browser may clear the scene's canvas between two tasks.
   function scene(moment, x, y, width, height) {
     seek(moment);
     viewer.render();
@@ -54,7 +54,7 @@ window.picture = (() => {
     size(width, height - 30);
   }
 
-  // The page's own words on the moment stand below the scene; `note` is at the right.
+  // The page's text about the moment is below the scene; `note` is at the right.
   function frame(moment, note, ink) {
     const { width, height } = canvas;
     scene(moment, 0, 0, width, height - 30);

@@ -1,7 +1,7 @@
 "use strict";
-// What every page that shows a scene shares: meshcat's viewer in a pane, its commands, its camera and its light.
+// Shared by every page with a scene: meshcat's viewer in a pane, its commands, its camera and its light.
 const sceneView = (() => {
-  // Each command stands after its length (32 bits, little-endian).
+  // Each command follows its length (32 bits, little-endian).
   function* messages(bytes) {
     const numbers = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
     for (let at = 0; at < bytes.length; ) {
@@ -11,15 +11,15 @@ const sceneView = (() => {
     }
   }
 
-  function obey(viewer, bytes) {
+  function runCommands(viewer, bytes) {
     for (const message of messages(bytes)) viewer.handle_command_bytearray(message);
   }
 
   // The scene is z-up and the viewer's world y-up.
   const world = ([x, y, z]) => new MeshCat.THREE.Vector3(x, z, -y);
 
-  // The nearest place on the line of sight from which every corner of the action's box would be in the picture, and a
-  // sixth nearer, as nothing fills the corners.
+  // The camera stands at the nearest point of the line of sight that shows every corner of the action's box, and a
+  // sixth nearer, because the corners are empty.
   function frame(viewer, { low, high, direction }) {
     const target = world(low).add(world(high)).multiplyScalar(0.5);
     const toward = world(direction).normalize();
@@ -50,7 +50,7 @@ const sceneView = (() => {
     if (viewer.renderer.shadowMap.type === MeshCat.THREE.BasicShadowMap) spot.shadow.mapSize.set(512, 512);
   }
 
-  // Whether the browser draws without a graphics card, where each pixel counts.
+  // Whether the browser draws without a graphics card; each pixel then costs time.
   function slow() {
     const context = document.createElement("canvas").getContext("webgl");
     const names = context?.getExtension("WEBGL_debug_renderer_info");
@@ -69,7 +69,7 @@ const sceneView = (() => {
     return renderer;
   }
 
-  // meshcat sizes itself to the window; here it fills its pane, and tells when it has a new size.
+  // meshcat takes the size of the window; here it fills its pane, and calls `resized` after each new size.
   function open(pane, resized) {
     const viewer = new MeshCat.Viewer(pane, true, slow() ? plainRenderer(pane) : undefined);
     const resize = viewer.set_3d_pane_size.bind(viewer);
@@ -80,5 +80,5 @@ const sceneView = (() => {
     return viewer;
   }
 
-  return { obey, frame, light, open };
+  return { runCommands, frame, light, open };
 })();

@@ -1,4 +1,4 @@
-"""Bodies as three.js objects: two tones on what rolls, and a soft finger's capsules as one bent tube."""
+"""Bodies as three.js objects: two tones on objects, which show that they roll, and soft fingers as bent tubes."""
 
 from __future__ import annotations
 
@@ -15,13 +15,11 @@ from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.recording_parts import Body, Shape
 from pilegrasp_ctrl.types import rotation_matrices
 
-Color = tuple[float, float, float, float]
-
 PALETTE = (0xE69F00, 0x56B4E9, 0x009E73, 0xF0E442, 0x0072B2, 0xD55E00, 0xCC79A7, 0x9ACD5B, 0x8E7CC3, 0xB5651D)
 """Okabe and Ito's palette for colour-blind readers (2008), without black, and three tones between."""
 
 ENDLESS_PLANE = 1.5
-"""Half the side with which an endless plane is drawn [m]."""
+"""Half the side of the square that is drawn for an endless plane [m]; chosen."""
 
 _NUMBERED = re.compile(r"(.+)_(\d+)")
 
@@ -193,7 +191,7 @@ def _ends(body: Body) -> NDArray[np.float64]:
 
 
 def tubes(recording: Recording, paths: list[str]) -> list[dict[str, Any]]:
-    """Return what the page needs to draw the fingers, given the bodies' paths in the scene tree.
+    """Return the tubes that the page draws for the fingers, given the bodies' paths in the scene tree.
 
     Each finger has a `color` and `segments`. A segment has its `path`, its `radius` [m] and the two `ends` of its axis
     in its own frame [m], the one nearer to the base first.

@@ -15,10 +15,10 @@ from pilegrasp_ctrl.viewer.chromium import Chromium, require_chromium
 from pilegrasp_ctrl.viewer.html import own_script, write_html
 
 Progress = Callable[[int, int], None]
-"""Called with the number of finished pictures and the number of all."""
+"""A callback that gets the number of finished pictures and the number of all pictures."""
 
 THUMBNAIL_SIZE = (320, 200)
-"""Width and height of a thumbnail [px]: twice what the page of a study shows, for screens with small pixels."""
+"""Width and height of a thumbnail [px]: twice its size on the page of a study, for screens with small pixels."""
 
 
 class Stills:

@@ -1,4 +1,4 @@
-"""The head of a page: verdict, facts, primitives and events. The meta that it reads may lack or garble any key."""
+"""The head of a page: verdict, facts, primitives and events. Any key of the meta may be missing or of a wrong type."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class PrimitiveRow:
 
     Attributes:
         name: Name of the primitive.
-        failed: Whether it failed.
-        trigger: What ended it; may be empty.
-        start: Time of its start [s].
-        end: Time of its end [s].
+        failed: Whether the primitive failed.
+        trigger: Event that ended the primitive; may be empty.
+        start: Time of the start [s].
+        end: Time of the end [s].
         travel: Distance that the tool moved [m], if known.
         peak_force: Largest force [N], if known.
     """
@@ -88,7 +88,7 @@ def separated(meta: Mapping[str, Any]) -> tuple[str, float] | None:
 
 
 def events(recording: Recording, rows: tuple[PrimitiveRow, ...]) -> list[Event]:
-    """Return what happened during a recording, in order of time."""
+    """Return the events of a recording, in order of time."""
     found = []
     for row in rows:
         cause = plain(row.trigger) or ("failed" if row.failed else "ended")
@@ -111,7 +111,7 @@ def _verdict(success: bool | None, grasped: float | None) -> str:
 
 
 def _ending(success: bool | None, reason: str, rows: tuple[PrimitiveRow, ...]) -> str:
-    """Return why and when the attempt ended; without a recorded reason, the trigger of the last primitive says why."""
+    """Return why and when the attempt ended; without a recorded reason, the last primitive's trigger is the reason."""
     if not rows:
         return reason
     last = rows[-1]

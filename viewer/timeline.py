@@ -13,7 +13,7 @@ from pilegrasp_ctrl.viewer.lane import Axes, Curve, Lane, nice_ticks, scalar_sig
 from pilegrasp_ctrl.viewer.summary import Event, PrimitiveRow, Summary, events
 
 LEAST_FORCE_SPAN = 2.0
-"""Least upper end of the lane of forces [N], so that the sensor's noise looks like noise; chosen."""
+"""Least upper end of the lane of forces [N], so that the sensor's noise looks small; chosen."""
 
 LEAST_ERROR_SPAN = 1.0
 """Least upper end of the lanes of tracking error [mm] and orientation error [°]; chosen."""
@@ -34,7 +34,7 @@ def lanes(recording: Recording, grasp_force: float | None) -> list[Lane]:
     force = curves(("push_force", "push force", 1.0), ("normal_force", "normal force", 1.0))
     threshold = (f"F_grasp {grasp_force:g} N", grasp_force) if grasp_force is not None else None
     everything = [
-        # This lane is there in any case, because the bands need a place.
+        # The lane of forces is always drawn, because the bands need a lane.
         Lane("force", "N", force, 108, threshold, least=LEAST_FORCE_SPAN),
         Lane("tracking error", "mm", curves(("tracking_error", "tracking error", 1e3)), 44, least=LEAST_ERROR_SPAN),
         Lane("joint torques, of their limits", "%", _joints(recording), 56, fixed=(0.0, 100.0)),

@@ -1,9 +1,9 @@
 "use strict";
-// Soft fingers: one bent tube along the capsules of each finger, which it replaces.
+// Soft fingers: a bent tube replaces the capsules of each finger.
 const makeTubes = (() => {
-  const SIDES = 14;
-  const PER_SEGMENT = 4;
-  const CAP = 3;
+  const SIDES = 14; // corners of a ring
+  const PER_SEGMENT = 4; // rings of a segment
+  const CAP = 3; // rings of a rounded end
 
   function tube(viewer, { color, segments }) {
     const { Vector3, CatmullRomCurve3, BufferGeometry, BufferAttribute, MeshPhongMaterial, Mesh } = MeshCat.THREE;
@@ -51,7 +51,7 @@ const makeTubes = (() => {
 
     function update() {
       const curve = axis();
-      // The frame is carried along the axis without a twist, from a direction that turns with the base.
+      // The frame moves along the axis without a twist, from a direction that turns with the base.
       const across = new Vector3(0, 0, 1).applyQuaternion(nodes[0].object.quaternion);
       if (Math.abs(across.dot(curve.getTangent(0))) > 0.9) across.set(0, 1, 0).applyQuaternion(nodes[0].object.quaternion);
       const sideways = new Vector3();
@@ -82,7 +82,7 @@ const makeTubes = (() => {
     return update;
   }
 
-  // Returns a function that bends the tubes to where the segments are now.
+  // Returns a function that bends the tubes to the present poses of the segments.
   return (viewer, fingers) => {
     const updates = fingers.map((finger) => tube(viewer, finger));
     const update = () => updates.forEach((bend) => bend());

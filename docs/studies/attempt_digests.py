@@ -43,14 +43,14 @@ ATTEMPTS: list[tuple[str, int, dict[str, object]]] = [
 """Scenario, seed and keys: every program, hand, support and object shape at least once."""
 
 RECORDED = (0, 12)
-"""Indices of the attempts whose recordings are compared too; of the first also the page."""
+"""Indices of the attempts whose recordings are compared too; the page of the first one is compared as well."""
 
 VARYING = {"wall_time", "realtime_factor", "median_us", "p99_us"}
-"""Keys of a result whose values a clock decides."""
+"""Keys of a result whose values come from a clock."""
 
 
 def stable(value: object) -> object:
-    """Return a result without the values that a clock decides."""
+    """Return a result without the values that come from a clock."""
     if isinstance(value, dict):
         return {key: stable(entry) for key, entry in value.items() if key not in VARYING}
     return [stable(entry) for entry in value] if isinstance(value, list) else value
@@ -70,7 +70,7 @@ def recording_digest(recording: pg.Recording) -> str:
 
 
 def page_digest(recording: pg.Recording) -> str:
-    """Return a digest of the page without versions and wall-clock times, and without the funnel it draws."""
+    """Return a digest of the page without versions and wall-clock times, and without the funnel."""
     from pilegrasp_ctrl.viewer import write_html
 
     with tempfile.TemporaryDirectory() as folder:

@@ -1,4 +1,4 @@
-"""Print where the processor time of one attempt goes, from the start of the process to the verdict.
+"""Print the processor time of each part of an attempt, from the start of the process to the verdict.
 
 Usage: python docs/studies/attempt_profile.py [NAME [KEY=VALUE]...]
 """
@@ -23,7 +23,7 @@ SEEDS = (0, 1)
 """Seeds of the attempts; chosen."""
 
 REPEATS = 2
-"""Repeats of each seed; the least time counts, because whatever else runs on the machine only adds to it."""
+"""Repeats of each seed; chosen. The shortest time counts, because other programs on the machine only add to it."""
 
 START, SETTLED = "process start and imports, once a worker", "preparation with an empty cache, once a seed"
 PREPARED, ATTEMPT = "preparation: pile from the cache, start posture, scene", "attempt, pile in the cache"

@@ -32,12 +32,12 @@ from script import run_script
 
 @dataclass(frozen=True, slots=True)
 class ContactSolver:
-    """A contact solver that a compiled model can be given.
+    """A contact solver for a compiled model.
 
     Attributes:
         kind: Name in MuJoCo.
         iterations: Largest number of iterations.
-        tolerance: Tolerance at which it stops, MuJoCo's `opt.tolerance` [-].
+        tolerance: Tolerance at which the solver stops, MuJoCo's `opt.tolerance` [-].
     """
 
     kind: Literal["CG", "Newton"] = "CG"
@@ -50,13 +50,13 @@ class ContactSolver:
         return f"{self.kind}, {self.iterations}"
 
     def put_into(self, model: Any) -> None:
-        """Give the solver to a model, from its next step on."""
+        """Set the solver of a model, from its next step on."""
         kind = mujoco.mjtSolver.mjSOL_CG if self.kind == "CG" else mujoco.mjtSolver.mjSOL_NEWTON
         model.opt.solver, model.opt.iterations, model.opt.tolerance = kind, self.iterations, self.tolerance
 
 
 EXACT = ContactSolver("CG", 1000, 1e-14)
-"""Reference of the others: CG does not stall, and after about 100 iterations it no longer improves."""
+"""Reference for the errors of the others: CG does not stall, and improves no more after about 100 iterations."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,10 +95,10 @@ FREE_DOFS = 6
 
 
 class MeteredStepper(Stepper):
-    """Steps as `Stepper` does, with a chosen solver; the exact step is not timed and leaves no trace.
+    """Steps as `Stepper` does, with a chosen solver; the exact step is not timed and changes nothing.
 
     Args:
-        model: Model, which is given the solver.
+        model: Model, whose solver is set.
         data: State of the model.
         solver: Solver that is measured.
         arm_dofs: Number of leading joints that belong neither to the hand nor to an object.
@@ -148,7 +148,7 @@ SOLVERS = (ContactSolver(), ContactSolver("Newton"), ContactSolver("Newton", 100
 """Solvers that are compared."""
 
 FALL = (0.5, 1.0)
-"""Time range in which dropped objects settle in the frame [s]; chosen. They jam where they lie in layers."""
+"""Time range in which dropped objects settle in the frame [s]; chosen. Objects in layers jam."""
 
 WRONG = 1.0
 """Error of a joint of the hand beyond which a step counts as wrong [rad/s]; chosen. CG was never off by more than 0.52
@@ -158,6 +158,7 @@ HEADER = (
     *("pile", "solver", "held", "contacts", "step [us]", "to CG", "iterations", "p99", "at the limit", "wrong"),
     *("finger [rad/s]", "object [mm/s]"),
 )
+"""Columns of both tables."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,8 +167,8 @@ class Measured:
 
     Attributes:
         push: Steps while the hand pushes, or while the objects settle in the frame; they show the cost of a step.
-        handled: Steps from the start of the push to the end; they show what went wrong.
-        held: Whether an object was held; None where there was no grasp.
+        handled: Steps from the start of the push to the end; they show the errors.
+        held: Whether an object was held; None without a grasp.
     """
 
     push: StepSamples

@@ -32,10 +32,10 @@ except ImportError:
     pybullet = None
 
 COUNTS = (18, 30, 60, 90)
-"""Numbers of balls for which a step is timed."""
+"""Numbers of balls in the timing of a step; chosen."""
 
 STEP = 1e-3
-"""Physics step [s]; that of the shipped scenarios."""
+"""Physics step of the shipped scenarios [s]."""
 
 BALL = OBJECT_MODELS["light_sphere"]
 """Object of every pile."""
@@ -53,7 +53,8 @@ F_GRASP = 17.0
 class BulletWorld:
     """A compiled MuJoCo model of boxes, spheres and a plane, built again in PyBullet.
 
-    Bullet's default solver (50 iterations) gets the same shapes, masses and coefficients; it multiplies the latter.
+    Bullet's default solver (50 iterations) gets the same shapes, masses and coefficients. It multiplies the
+    coefficients of two bodies.
     """
 
     def __init__(self, model: mujoco.MjModel, object_model: ObjectModel) -> None:
@@ -94,7 +95,7 @@ class BulletWorld:
             pybullet.resetBasePositionAndOrientation(body, [x, y, z + height], orientation)
 
     def step(self) -> float:
-        """Advance by one step, and return the time that it took [s]."""
+        """Advance by one step, and return its wall-clock time [s]."""
         start = time.perf_counter()
         pybullet.stepSimulation()
         return time.perf_counter() - start
@@ -193,7 +194,7 @@ class PileFacts:
         height: Mean height of the centres [m].
         top: Largest height of the centres [m].
         spread: Median distance from the middle [m].
-        travel: Travel of the plate to 17 N [m]; NaN where 17 N is not reached.
+        travel: Travel of the plate to 17 N [m]; NaN if 17 N is not reached.
         force: Mean force of the push [N].
     """
 
@@ -205,7 +206,7 @@ class PileFacts:
 
 
 def facts(poses: np.ndarray, travel: np.ndarray, force: np.ndarray) -> PileFacts:
-    """Return the numbers of a settled pile (n, 7) and its push; F_grasp is sought in the force smoothed over 20 ms."""
+    """Return the numbers of a settled pile (n, 7) and its push; F_grasp refers to the force smoothed over 20 ms."""
     offset = poses[:, :2] - np.median(poses[:, :2], axis=0)
     smooth = np.convolve(force, np.full(20, 0.05), "same")
     reached = np.flatnonzero(smooth > F_GRASP)

@@ -26,33 +26,33 @@ from recorded_program import RecordedProgram, load_programs
 from script import run_script
 
 RECORDED = Path(__file__).resolve().parents[2] / "tests" / "data" / "qp_programs.npy"
-"""Programs that are compared where no file is given."""
+"""File of the programs by default."""
 
 PACKAGES = {"proxqp": "proxsuite"}
-"""Packages whose name differs from their solver's."""
+"""Package of each solver whose name differs from its package's."""
 
 NAIVE = ("osqp", "proxqp")
 """Solvers that are also called through qpsolvers with default settings."""
 
 REFERENCE = "daqp"
-"""Solver to whose time the others are compared."""
+"""Solver whose time is the unit of the others."""
 
 GROUPS = ("free", "bound", "infeasible")
-"""Programs in whose optimum no bound is active, those in which one is, and those that have to be softened."""
+"""Groups of programs: without an active bound at the optimum, with one, and without a feasible point."""
 
 ACCURACY = 1e-6
 """Largest error of a right answer, relative to the largest entry of the optimum [-]; chosen."""
 
 REPETITIONS = 3
-"""Number of times that all programs are solved again and compared to the bit [-]; chosen."""
+"""Number of further solutions of all programs that are compared to the bit [-]; chosen."""
 
 
 class Verdict(NamedTuple):
     """Counts of the answers to programs of one kind.
 
     Attributes:
-        right: Number solved to `ACCURACY` within all bounds or, where there is no solution, refused.
-        refused: Number of others that were refused.
+        right: Number of programs solved to `ACCURACY` within all bounds or, without a solution, refused.
+        refused: Number of other programs that were refused.
         wrong: Number of other answers.
         error: Largest error of an answer, wrong ones included [rad/s²].
     """
@@ -63,7 +63,7 @@ class Verdict(NamedTuple):
     error: float = 0.0
 
     def with_one(self, field: str, error: float) -> Verdict:
-        """Return the verdict with one more answer that is "right", "refused" or "wrong"."""
+        """Return the verdict with one more answer: "right", "refused" or "wrong"."""
         return self._replace(**{field: getattr(self, field) + 1, "error": max(self.error, error)})
 
 
@@ -86,7 +86,7 @@ class SolverAssessment(NamedTuple):
 
     @classmethod
     def of(cls, make: Callable[[], Solver], programs: Sequence[RecordedProgram]) -> SolverAssessment:
-        """Let a new solver solve every program, and the softened program too where a program is infeasible."""
+        """Assess a new solver on every program, and on the softened form of every infeasible program."""
         cases = [(program.kind, program.problem, program, not program.feasible) for program in programs]
         cases += [("softened", problem.softened(), program, False) for _, problem, program, refuse in cases if refuse]
         solver = make()
@@ -152,7 +152,7 @@ class NaiveSolver:
         self._package = package
 
     def solve(self, problem: QuadraticProgram) -> Array | None:
-        """Return x (n,), or None where the package finds no solution."""
+        """Return x (n,), or None if the package finds no solution."""
         H, f, G, lower, upper = problem
         n = len(f)
         # qpsolvers has one-sided rows only.
@@ -167,7 +167,7 @@ class SolverRow(NamedTuple):
     Attributes:
         solver: Name of the solver.
         version: Version of its package.
-        assessment: Its answers to the programs.
+        assessment: Answers of the solver to the programs.
         timings: Timings of the solver alone by group of programs; for infeasible ones, of both attempts together.
     """
 

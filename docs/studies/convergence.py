@@ -24,7 +24,7 @@ from pilegrasp_ctrl.statistics import markdown_table, wilson
 from script import run_script, seed_range
 
 TOLERANCE = 1e-8
-"""Tolerance of MuJoCo's contact solver [-]; MuJoCo's default, which the models keep."""
+"""Tolerance of MuJoCo's contact solver in the models [-]; MuJoCo's default."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,10 +48,10 @@ class Numerics:
 
 
 STEPS = tuple(Numerics(timestep) for timestep in (2e-3, 1e-3, 5e-4, 2.5e-4))
-"""Rows of the first table."""
+"""Settings in the rows of the first table."""
 
 SOLVERS = (Numerics(iterations=10, tolerance=1e-6), Numerics(), Numerics(iterations=200, tolerance=1e-12))
-"""Rows of the second table."""
+"""Settings in the rows of the second table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +60,8 @@ class Result:
 
     Attributes:
         success: Whether an object was held.
-        trigger_time: Time from the start of the push to F_grasp [s]; NaN where F_grasp was not felt.
-        peak_force: Largest force of the push [N]; NaN where there was no push.
+        trigger_time: Time from the start of the push to F_grasp [s]; NaN if the sensor did not feel F_grasp.
+        peak_force: Largest force of the push [N]; NaN without a push.
     """
 
     success: bool

@@ -19,11 +19,11 @@ CASES = [(payload, factor) for payload in (0.0, 0.5) for factor in (1.0, 1.3, 0.
 """Payload [kg] and friction of the plant over the model's [-] of each row."""
 
 HEADER = ("arm", "payload [kg]", "friction", "no observer", "10 rad/s", "50 rad/s", "10 rad/s, no posture")
-"""Columns of the table; the last four hold rms on the way / error at the end [mm]."""
+"""Columns of the table; the last four hold rms error on the line / error at the end [mm]."""
 
 
 def accuracy(arm: pg.ArmModel, payload: float, factor: float, posture: np.ndarray | None, bandwidth: float) -> str:
-    """Track a line of 0.16 m at 0.1 m/s and a rest of 2 s; return rms on the way and error at the end [mm]."""
+    """Track a line of 0.16 m at 0.1 m/s and a rest of 2 s; return rms error on the line and error at the end [mm]."""
     home = HOME[arm.name]
     line = pg.StraightLine(arm.update(home, 0.0 * home).pose, [0.0, 0.15, 0.05], speed=0.1)
     coulomb, viscous = factor * arm.friction_coulomb, factor * arm.friction_viscous

@@ -1,4 +1,4 @@
-"""The two arms on which tracking is measured, and what may be wrong with their plant, sensors or controller."""
+"""The two arms of the tracking tables, and the conditions that change plant, sensors or controller."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from pilegrasp_ctrl.types import Array
 from pilegrasp_ctrl.validation.bench.motion import ARMS
 
 HOME = {arm.name: arm.posture for arm in ARMS}
-"""Start posture (nv,) of each arm [rad], away from limits and singular postures; that of the benchmark."""
+"""Start posture (nv,) of each arm [rad], as in the benchmark: away from limits and singular postures."""
 
 
 class ExampleArm(NamedTuple):
     """An arm, its start posture, and the noise of its encoders.
 
     Attributes:
-        arm: Model with joint friction where it is known: the WAM's is known, the Panda's URDF has none.
+        arm: Model with joint friction if it is known: the WAM has it, the Panda's URDF has none.
         home: (nv,) Start posture [rad].
         noise: Noise of the encoders; the Panda has the WAM's, joint by joint (chosen), because none is published.
     """
@@ -41,7 +41,7 @@ def example_arm(name: str) -> ExampleArm:
         name: Name of the arm, "wam7" or "panda".
 
     Raises:
-        ConfigurationError: There is no such arm.
+        ConfigurationError: No arm has this name.
         ModelError: The arm's files are missing.
     """
     found = next((arm for arm in ARMS if arm.name == name), None)
@@ -58,7 +58,7 @@ class Condition:
     Attributes:
         name: Name in the table.
         mass_factor: Mass of the plant's links over the model's [-].
-        payload: Mass at the tool frame's origin that the model does not know [kg].
+        payload: Mass at the tool frame's origin that is not in the model [kg].
         noisy: Whether the controller sees the encoders' noise.
         friction: Whether the plant has the model's joint friction; the controller then compensates it.
         compensated: Whether the controller feeds friction forward.
@@ -71,8 +71,8 @@ class Condition:
     friction: bool = True
     compensated: bool = True
 
-    def concerns(self, arm: ArmModel) -> bool:
-        """Whether the condition differs from the nominal one for an arm; those of friction need friction."""
+    def applies_to(self, arm: ArmModel) -> bool:
+        """Return whether the condition differs from "nominal" for an arm; conditions of friction need friction."""
         has_friction = bool(arm.friction_coulomb.any() or arm.friction_viscous.any())
         return has_friction or (self.friction and self.compensated)
 
@@ -103,4 +103,4 @@ CONDITIONS = (
     Condition("friction not compensated", compensated=False),
     Condition("no friction", friction=False),
 )
-"""Conditions of the table; the last two concern arms with friction only."""
+"""Conditions of the tables; the last two apply to arms with friction only."""

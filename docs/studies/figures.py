@@ -1,6 +1,6 @@
 """Measure the numbers of `docs/figures.toml` again and write them into the pages.
 
-Usage: python docs/studies/figures.py [NAME]...; all where no name is given
+Usage: python docs/studies/figures.py [NAME]...; without a name, all of them
 """
 
 from __future__ import annotations
@@ -19,10 +19,13 @@ from pilegrasp_ctrl.exceptions import ConfigurationError
 from script import run_script
 
 ROOT = Path(__file__).resolve().parents[2]
+"""Folder of this checkout."""
+
 DECLARED = ROOT / "docs" / "figures.toml"
+"""File that declares the figures."""
 
 QUICK = 30.0
-"""Longest time of a figure that the tests measure again [s]."""
+"""Longest time of a figure that the tests measure again [s]; chosen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +59,7 @@ class Figure:
         return str(found[0])
 
     def measure(self) -> Any:
-        """Return the number from the file, or from what the command prints.
+        """Return the number from the file, or from the output of the command.
 
         Raises:
             ConfigurationError: The command fails.

@@ -1,4 +1,4 @@
-"""Print what the hands do, measured on the bench and in one attempt each; with a file name, draw the figure there.
+"""Print the measurements of the hands, on the bench and in one attempt each; with a file name, draw the figure.
 
 Usage: python docs/studies/hand_table.py [FIGURE.png]
 """
@@ -21,16 +21,16 @@ from script import run_script
 from sensitivity import ENCLOSED_AIR
 
 PLAUSIBLE = (5.0, 50.0)
-"""Stiffness at a vented finger's tip that its rubber makes plausible [N/m]."""
+"""Range of the stiffness at a vented finger's tip that is plausible for its rubber [N/m]."""
 
 LOADS = np.array([0.1, 0.25, 0.5, 1.0, 1.5, 2.0])
 """Loads of the fingertip [N]; chosen."""
 
 CLOSURES = np.array([0.0, 0.3, 0.6, 1.0])
-"""Closures at which the stiffness is drawn [-]; chosen."""
+"""Closures of the drawn stiffness [-]; chosen."""
 
 MODEL, REFERENCE, SECOND = "#1f5f99", "#999999", "#c2571a"
-"""Colours of the model, of what it is compared with, and of a second curve."""
+"""Colours of the model, of its reference, and of a second curve."""
 
 
 def hand_figure(file: Path) -> None:

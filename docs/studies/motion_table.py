@@ -21,13 +21,13 @@ SPEEDS = ("approach_speed", "spread_speed", "spread_forward", "spread_sideways",
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionPattern:
-    """What the attempts at one condition have in common.
+    """The motion pattern of the attempts at one condition.
 
     Attributes:
         name: Name of the condition.
         measures: Measures of each attempt.
         field: Sum of the attempts' fields; None if no pile was pushed.
-        example: First attempt in which a pile was pushed, to draw hand and walls from.
+        example: First attempt with a pushed pile, whose hand and walls are drawn.
     """
 
     name: str
@@ -57,8 +57,8 @@ def summary(measures: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return counts, and means with standard deviations over attempts, of the measures of one condition.
 
     Keys are `attempts`, `triggered`, `separated`, `stabilised`, `held` and `agreed` (numbers of attempts), and for each
-    name in `SPEEDS` a dictionary of `mean`, `std` and `n`. Where contacts were recorded, `chain_objects` and
-    `chain_to_support` are summed up in the same way.
+    name in `SPEEDS` a dictionary of `mean`, `std` and `n`. If contacts were recorded, `chain_objects` and
+    `chain_to_support` have the same form.
     """
     chains = [row["force_chains"] for row in measures if "force_chains" in row]
     separated = [row["separated"] for row in measures if row["separated"]]
@@ -76,7 +76,7 @@ def summary(measures: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def markdown(patterns: Sequence[MotionPattern]) -> str:
-    """Return a Markdown table, a condition a column; speeds in mm/s, widths in mm, mean ± standard deviation."""
+    """Return a Markdown table with a column for each condition: mean ± standard deviation, in mm/s or mm."""
     rows = [pattern.summary() for pattern in patterns]
     lines = []
     for name in ("attempts", "triggered", "separated", "stabilised", "held", "agreed"):

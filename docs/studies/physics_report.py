@@ -24,7 +24,7 @@ from script import run_script
 
 
 def figure() -> Figure:
-    """Draw restitution, slip and rolling as measured beside what was requested."""
+    """Draw measured restitution, slip and rolling beside the requested values."""
     drawing = Figure(figsize=(11.0, 3.6), layout="constrained")
     restitution, slipping, rolling = drawing.subplots(1, 3)
     _draw_restitution(restitution)

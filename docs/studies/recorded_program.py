@@ -13,6 +13,7 @@ from pilegrasp_ctrl.qp.program import QuadraticProgram
 from pilegrasp_ctrl.types import Array
 
 JOINTS = 7
+"""Number of joints of both recorded arms."""
 
 _UPPER = np.triu_indices(JOINTS)
 _LAYOUT = np.dtype(
@@ -42,12 +43,12 @@ class RecordedProgram(NamedTuple):
         kind: State of the loop, such as "nominal" or "infeasible".
         feasible: Whether some x is within all bounds.
         problem: Program.
-        x: (n,) Optimum of the program or, where it is infeasible, that of `problem.softened()` [rad/s²].
-        excess: (n,) Excess of x over its own bounds there; zero for a feasible program [rad/s²].
-        multipliers: (2 n,) Multipliers of the bounds on x, then on G x, with `H x + f` = those of x + Gᵀ those of G x;
-            positive where a lower bound is active, negative where an upper one is.
-        certificate: (n,) Vector y that proves a program infeasible: `yᵀ G x` is larger for every G x within its
-            bounds than for any x within its own. Zero for a feasible program.
+        x: (n,) Optimum of the program or, if it is infeasible, of `problem.softened()` [rad/s²].
+        excess: (n,) Excess of x over its bounds [rad/s²]; zero for a feasible program.
+        multipliers: (2 n,) Multipliers m_x of the bounds on x, then m_G of those on G x, with `H x + f = m_x + Gᵀ m_G`.
+            They are positive for an active lower bound, and negative for an active upper bound.
+        certificate: (n,) Vector y that proves a program infeasible: `yᵀ z` for every z within the bounds on G x is
+            larger than `yᵀ G x` for every x within the bounds on x. Zero for a feasible program.
     """
 
     arm: str

@@ -11,9 +11,12 @@ from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer import chromium, index_rows, write_html
 from script import run_script
 
-AT = "(() => { const p = pilegrasp.panels[0].data.phases[1]; pilegrasp.pause(); pilegrasp.seek(%s); })()"
+AT = "(() => { const p = pilegrasp.panels[0].data.primitives[1]; pilegrasp.pause(); pilegrasp.seek(%s); })()"
+"""Script that shows a moment of the page, given as a formula of the push `p`."""
 PUSHING, GRASPING = AT % "0.2 * p.start + 0.8 * p.end", AT % "p.end + 0.9"
+"""Scripts that show the late push, and the hand 0.9 s after it."""
 ONLY = "overlays.querySelectorAll('input').forEach(b => %s.includes(b.dataset.overlay) === b.checked || b.click())"
+"""Script that switches on the overlays of a list, and all others off."""
 
 
 def main(study: Path, folder: Path) -> None:

@@ -42,13 +42,13 @@ def run_script(main: Callable[..., None]) -> None:
 
 
 def seed_range(first: int, last: int) -> range:
-    """Return the seeds from `first` on, `last` left out.
+    """Return the seeds from `first` to `last - 1`.
 
     Raises:
         ConfigurationError: The range is empty.
     """
     if last <= first:
-        raise ConfigurationError(f"there is no seed from {first} to {last}, the last one left out; raise the second")
+        raise ConfigurationError(f"there is no seed from {first} to {last - 1}; raise LAST above {first}")
     return range(first, last)
 
 

@@ -2,7 +2,7 @@
 
 Usage: python docs/studies/sensitivity.py FOLDER FIRST LAST [JOBS]
 
-FOLDER becomes a study like that of `pilegrasp sweep`, so attempts that it holds are not run again.
+FOLDER becomes a study, as `pilegrasp sweep` makes it; attempts that it holds are not run again.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SHARE = 0.3
 """Share by which each uncertain number is lowered and raised [-]; chosen."""
 
 ENCLOSED_AIR = 1.1
-"""Share of the bending stiffness that the air enclosed in a finger adds [-]; the hand's README derives it."""
+"""Stiffness from the air enclosed in a finger, over the bending stiffness [-]; derived in the hand's README."""
 
 UNCERTAIN = (
     "hand_model.bending_stiffness",
@@ -37,11 +37,10 @@ UNCERTAIN = (
     "pile.friction",
     "hand_model.lateral_stiffness",
 )
-"""Numbers for which no measurement was found, and on which the grasp depends; see the hand's README and
-`docs/objects.md`."""
+"""Numbers without a published measurement on which the grasp depends; see the hand's README and `docs/objects.md`."""
 
 GOAL = 0.85
-"""Success rate that the figure marks [-]."""
+"""Success rate that the figure marks [-]; chosen."""
 
 ABOVE, BELOW, SHIPPED = "#1f5f99", "#c2571a", "#999999"
 """Colours of rows that reach the goal, that miss it, and of the scenario as shipped."""
@@ -82,7 +81,7 @@ def main(folder: Path, first: int, last: int, jobs: int = 1) -> None:
     def show(progress: StudyProgress) -> None:
         print(f"{progress.done} of {progress.total}", file=sys.stderr)
 
-    # Conditions take turns, so that a run that is cut short has as many seeds of each.
+    # Conditions take turns, so that an interrupted run has equally many seeds of each.
     attempts = [(condition, seed) for seed in seed_range(first, last) for condition in conditions()]
     with run_study(attempts, folder, jobs=jobs, progress=show) as store:
         rows = summarise(store, attempts)

@@ -1,4 +1,4 @@
-"""Print what an attempt costs a worker and the parent, and how many workers one parent can feed.
+"""Print the cost of an attempt for a worker and for the parent, and how many workers one parent can serve.
 
 Usage: python docs/studies/study_scaling.py [NAME [KEY=VALUE]...]
 """
@@ -26,19 +26,19 @@ from pilegrasp_ctrl.study.worker_pool import WorkerPool
 from script import run_script
 
 JOBS = (1, 2)
-"""Numbers of worker processes that are measured."""
+"""Numbers of worker processes in the measurement; chosen."""
 
 WORKERS = (1, 2, 10, 100, 1000)
-"""Numbers of workers for which the rate is projected."""
+"""Numbers of workers with a projected rate; chosen."""
 
 ATTEMPTS = 8
-"""Attempts of each worker, after one that warms it up and is not counted [-]; chosen."""
+"""Attempts of each worker, after a first one that does not count [-]; chosen."""
 
 EMPTY = 500
 """Work items without an attempt, which measure the parent's own work [-]; chosen."""
 
 RESULT_BYTES = 900
-"""Length of the result of a grasp as JSON."""
+"""Length of the result of a grasp as JSON [bytes]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +65,8 @@ class Cost:
         return 60.0 * self.attempts / self.wall
 
 
-def empty(item: WorkItem) -> AttemptReport:
-    """Answer at once, with as much text as an attempt."""
+def report_at_once(item: WorkItem) -> AttemptReport:
+    """Return at once a report with as much text as that of an attempt."""
     result = json.dumps({"success": True, "grasped": 1, "outcomes": [], "filling": "x" * RESULT_BYTES})
     return AttemptReport(item.config_hash, item.seed, result, None, True)
 
@@ -76,7 +76,7 @@ def measure(
 ) -> Cost:
     """Run `each` attempts of every worker and store them, as a study does.
 
-    Each worker first runs `warm` more, which do not count, because it imports the engines with its first.
+    Each worker first runs `warm` attempts that do not count, because the first one imports the engines.
     """
     condition = Condition(scenario, {})
     origins = origins_of([scenario])
@@ -141,7 +141,7 @@ def main(name: str = "free_space_line", *overrides: str) -> None:
         cost = measure(WorkerPool(jobs), jobs, run_work_item, scenario, ATTEMPTS)
         attempt = attempt or cost.worker
         _print(" ".join([name, *overrides]), cost)
-    bare = measure(WorkerPool(2), 2, empty, scenario, EMPTY)
+    bare = measure(WorkerPool(2), 2, report_at_once, scenario, EMPTY)
     _print("no attempt", bare)
     parents = {"processes": bare}
     try:
@@ -150,10 +150,10 @@ def main(name: str = "free_space_line", *overrides: str) -> None:
         print("distributed is not installed, so no cluster is measured", file=sys.stderr)
     else:
         with cluster:
-            parents["cluster"] = measure(pool, 2, empty, scenario, EMPTY)
+            parents["cluster"] = measure(pool, 2, report_at_once, scenario, EMPTY)
         _print("no attempt, cluster", parents["cluster"])
-    # The parent's processor time is what a core of its own would leave; the wall time holds its waits for the disk and
-    # for the other processes of this machine as well.
+    # With a core of its own, the parent needs its processor time only; the wall time also contains its waits for the
+    # disk and for the other processes of this machine.
     columns = [f"{kind}, {limit}" for kind in parents for limit in ("parent's own core", "as measured")]
     rows = []
     for workers in WORKERS:

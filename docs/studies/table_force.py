@@ -1,4 +1,4 @@
-"""Print the peak force of the table [N] where the floor rises more toward the wall than the arm knows.
+"""Print the peak force of the table [N] if the floor rises more toward the wall than the arm assumes.
 
 Usage: python docs/studies/table_force.py [FIRST LAST]
 

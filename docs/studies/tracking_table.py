@@ -2,8 +2,8 @@
 
 Usage: python docs/studies/tracking_table.py [--arms NAME...] [--speeds V...] [--steps D...]
 
-No physics engine is involved: the plant is the arm's equations of motion with joint friction. It differs from the
-controller's model in one thing at a time. Everything takes a minute or two on one core.
+No physics engine is involved: the plant is the arm's equations of motion with joint friction. Each condition
+changes one thing between the plant and the controller's model. All of them take one or two minutes on one core.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ PATHS = ("line", "arc")
 """Paths that are tracked at every speed."""
 
 SPEEDS = (0.05, 0.1, 0.25)
-"""Speeds of lines and arcs [m/s]; chosen around that of a push."""
+"""Speeds of lines and arcs [m/s]; chosen around the speed of a push."""
 
 STEPS = (0.005, 0.010, 0.025)
 """Sizes of the steps [m]; chosen."""
@@ -45,7 +45,7 @@ ARC_CENTER = (0.0, 0.1, 0.0)
 """Centre of the arc from the tool [m]; chosen. The arc is half a circle over it, normal to the world's x axis."""
 
 RATE = 500.0
-"""Control rate [Hz]; that of the shipped scenarios."""
+"""Control rate of the shipped scenarios [Hz]."""
 
 HOLD = 1.0
 """Time that the reference rests at the end of a path, and time that a step is watched [s]; chosen."""
@@ -119,7 +119,7 @@ def step_row(arm: str, size: float, condition: Condition) -> tuple[str, ...]:
 
 
 def tracking_table(arms: Sequence[str], speeds: Sequence[float], steps: Sequence[float]) -> str:
-    """Measure every path at every speed and every step, on every arm, under every condition that concerns it.
+    """Measure every path at every speed and every step, on every arm, under every condition that applies to the arm.
 
     A terminal shows progress on standard error.
 
@@ -140,7 +140,7 @@ def tracking_table(arms: Sequence[str], speeds: Sequence[float], steps: Sequence
         for arm in arms
         for motion in motions
         for condition in CONDITIONS
-        if condition.concerns(example_arm(arm).arm)
+        if condition.applies_to(example_arm(arm).arm)
     ]
     console = Console(stderr=True)
     paths, rises = [], []
@@ -171,7 +171,7 @@ def _limits(names: tuple[str, ...]) -> str:
 
 
 def main() -> None:
-    """Measure what the arguments ask for, by default everything."""
+    """Measure the arms, speeds and steps of the arguments, by default all of them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--arms", nargs="+", choices=ARMS, default=ARMS)
     parser.add_argument("--speeds", nargs="*", type=float, default=SPEEDS, help="speeds of lines and arcs [m/s]")

@@ -13,10 +13,13 @@ from statistics import median
 from script import run_script
 
 ROOT = Path(__file__).resolve().parents[2]
+"""Folder of this checkout."""
+
 FOLDERS = ("pilegrasp_ctrl", "robots", "scenarios", "viewer")
+"""Folders of the product, without tests and documentation."""
 
 FRAGMENT = re.compile(r"^\s+\w+: (of|from|that|whose|where|which|what|how|to|in|for|see) ", re.M)
-"""An argument or attribute whose description begins without a noun."""
+"""Pattern of an argument or attribute whose description begins without a noun."""
 
 FACTS = {
     "joint friction law (tanh), without compiled_*": r"(?:np|math)\.tanh\(",
@@ -30,7 +33,7 @@ FACTS = {
     "finder of a browser": r"shutil\.which, |shutil\.which\(name\)",
     "finder of the Panda": r"distribution\(\"example-robot-data\"\)",
 }
-"""Facts that should stand once, and a pattern that finds a place of each."""
+"""Facts that should occur once, each with a pattern that finds its places."""
 
 
 def python_files(root: Path) -> list[Path]:

@@ -273,7 +273,7 @@ def test_an_unexpected_error_says_how_to_see_more(capsys, attempts, monkeypatch)
 
 
 @pytest.mark.parametrize("arguments", [["--debug", "run", "nope"], ["run", "nope", "--debug"], ["run", "--debug"]])
-def test_debug_shows_the_traceback_wherever_it_stands(capsys, arguments):
+def test_debug_shows_the_traceback_before_and_after_the_verb(capsys, arguments):
     status, out, err = answer(capsys, *arguments)
     assert (status, out) == (2, "")
     assert "Traceback" in err
@@ -329,7 +329,7 @@ def test_doctor_reports_every_check(capsys, attempts):
     assert all(row["ok"] for row in rows.values() if row["required"])
 
 
-def test_doctor_fails_where_a_check_fails(capsys, attempts, monkeypatch):
+def test_doctor_fails_if_a_check_fails(capsys, attempts, monkeypatch):
     monkeypatch.setattr(doctor, "AGREEMENT", 1e-30)
     monkeypatch.setattr(doctor, "dependencies", lambda: ("numpy", "a-package-that-is-not-there"))
     status, out, err = answer(capsys, "doctor", "--json")

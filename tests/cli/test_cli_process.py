@@ -90,7 +90,7 @@ def test_a_real_doctor_finds_nothing_wrong(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("script", sorted(path.name for path in FOLDER.glob("[!_]*.py")))
-def test_a_script_runs_as_it_stands(tmp_path, script):
+def test_a_script_runs_unchanged(tmp_path, script):
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     command = [sys.executable, str(FOLDER / script)]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)

@@ -135,7 +135,7 @@ def test_missing_recordings_are_made_on_request(tmp_path, capsys, blind, monkeyp
     assert Recording.load(tmp_path / "recordings" / "aaaa-4.npz").meta["success"] is False
 
 
-def test_an_attempt_that_comes_out_differently_is_refused(tmp_path, capsys, blind, monkeypatch):
+def test_an_attempt_with_another_result_than_the_study_is_refused(tmp_path, capsys, blind, monkeypatch):
     write_study(tmp_path)
     keep_scenarios(tmp_path)
     other = SimpleNamespace(success=False, grasped=0, recording=None)

@@ -58,7 +58,7 @@ def test_json_is_a_row_for_each_combination(capsys, begun, tmp_path):
     assert rows[0]["ci_low"] == pytest.approx(0.15, abs=0.01)
 
 
-def test_run_again_it_does_only_what_is_missing(capsys, begun, tmp_path):
+def test_a_second_sweep_runs_only_the_missing_attempts(capsys, begun, tmp_path):
     answer(capsys, *SWEEP, tmp_path)
     del begun[:]
     assert answer(capsys, *SWEEP, tmp_path)[0] == 0
@@ -71,7 +71,7 @@ def test_run_again_it_does_only_what_is_missing(capsys, begun, tmp_path):
     assert [row["n"] for row in json.loads(out)] == [4, 4]
 
 
-def test_the_table_names_what_is_varied_and_what_was_raised(capsys, begun, tmp_path):
+def test_the_table_names_varied_keys_and_raised_errors(capsys, begun, tmp_path):
     status, out, err = answer(capsys, *SWEEP, tmp_path)
     lines = out.splitlines()
     assert status == 0

@@ -115,13 +115,13 @@ def test_a_command_of_the_readme_sets_up_what_it_needs(target, does, tmp_path):
     assert order == sorted(order)
 
 
-def test_the_version_is_told_once():
+def test_the_version_is_written_once():
     version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert version in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 
 
-def test_the_trails_through_the_code_name_what_is_there():
+def test_the_trails_through_the_code_name_existing_code():
     page = (ROOT / "docs" / "developer-notes.md").read_text(encoding="utf-8")
     section = page.split("## Three trails")[1].split("\n## ")[0]
     names = {name.rpartition(".")[2] for name in re.findall(r"`([\w.]+)`", section)}

@@ -55,7 +55,7 @@ def refuses(error):
         (refuses(ValueError("a defect")), ["more"], "unrecognized arguments: more"),
     ],
 )
-def test_what_cannot_be_used_is_one_sentence_and_status_2(main, arguments, words, monkeypatch, capsys):
+def test_a_wrong_argument_is_one_sentence_and_status_2(main, arguments, words, monkeypatch, capsys):
     with pytest.raises(SystemExit) as ended:
         call(main, monkeypatch, *arguments)
     assert ended.value.code == 2
@@ -72,7 +72,7 @@ def test_a_defect_keeps_its_traceback(error, monkeypatch):
 @pytest.mark.parametrize(
     "script", sorted(path.name for path in FOLDER.glob("*.py") if '__name__ == "__main__"' in path.read_text())
 )
-def test_every_script_says_what_it_takes(script):
+def test_every_script_prints_its_usage(script):
     shown = subprocess.run([sys.executable, FOLDER / script, "--help"], capture_output=True, text=True, timeout=120)
     assert shown.returncode == 0, shown.stderr
     assert "usage: " + script in shown.stdout

@@ -47,7 +47,7 @@ def right():
 
 
 @pytest.mark.parametrize("name", BY_NAME)
-def test_a_claim_holds_where_the_paper_is_right(name, right):
+def test_a_claim_holds_if_the_paper_is_right(name, right):
     finding = BY_NAME[name].judge(right)
     assert finding.verdict == "holds", [part.statement for part in finding.parts]
 
@@ -110,7 +110,7 @@ SPOILT = {
 
 
 @pytest.mark.parametrize("name", SPOILT)
-def test_a_claim_fails_where_one_condition_spoils_it(name):
+def test_a_claim_fails_if_one_condition_contradicts_it(name):
     assert verdict(name, SPOILT[name]) == "fails"
 
 
@@ -123,7 +123,7 @@ def test_a_claim_fails_where_one_condition_spoils_it(name):
         ("C1", [(grasp("light_sphere"), {"errors": 4})]),
     ],
 )
-def test_what_may_be_chance_or_rests_on_broken_attempts_stays_open(name, changes):
+def test_a_difference_by_chance_or_from_broken_attempts_stays_open(name, changes):
     assert verdict(name, changes) == "not decided"
 
 

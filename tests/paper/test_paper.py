@@ -77,7 +77,7 @@ def test_the_largest_number_of_attempts_asked_for_is_run():
     assert [part.attempts for part in plan(experiments)] == [30]
 
 
-def test_finished_attempts_are_not_counted_as_missing_and_tell_the_cost(tmp_path):
+def test_finished_attempts_are_not_missing_and_give_the_expected_cost(tmp_path):
     planned = plan([VELOCITY_FORCE], 3)
     fresh = count_remaining(planned, 7)
     assert (fresh.attempts, fresh.missing) == (6, 6)
@@ -155,7 +155,7 @@ def test_a_real_run_can_be_continued_and_links_its_recordings(tmp_path, monkeypa
     assert "first seed = 3" in capsys.readouterr().err
 
 
-def test_a_shortened_run_keeps_all_attempts_where_a_cell_is_judged_alone():
+def test_a_shortened_run_keeps_all_attempts_of_a_cell_that_is_judged_alone():
     planned = {part.condition.config_hash: part.attempts for part in plan([FIG10], 20)}
     for count, attempts in ((5, 20), (10, 10)):
         assert planned[spheres(0.06, "wall", SHOVEL, count).config_hash] == attempts

@@ -94,7 +94,7 @@ def test_an_attempt_is_stored_once(store, counts):
     assert len(store.attempts()) == 1
 
 
-def test_only_what_is_missing_is_handed_out_each_once(store, counts):
+def test_missing_attempts_alone_are_handed_out_each_once(store, counts):
     attempts = [(condition, seed) for condition in counts for seed in (0, 1)]
     store.add([report(counts[0], 1)])
     assert store.missing(attempts + attempts) == [attempts[0], *attempts[2:]]

@@ -34,7 +34,7 @@ def test_every_work_item_runs_once_in_another_process(tmp_path):
     assert set(begun.values()) == {1}
 
 
-def test_a_worker_that_dies_is_replaced_and_takes_no_other_with_it(tmp_path):
+def test_a_dying_worker_is_replaced_and_the_others_go_on(tmp_path):
     kinds = ["works"] * 10
     kinds[2], kinds[5], kinds[7] = "dies once", "dies", "lacks memory once"
     answers, begun = run_items(tmp_path, kinds)

@@ -272,7 +272,7 @@ def test_the_best_gains_run(tuned):
     assert run("free_space_line", overrides=scenario).success
 
 
-def test_the_page_needs_nothing_from_elsewhere(tuned):
+def test_the_page_loads_nothing_from_elsewhere(tuned):
     page = (tuned[0] / "index.html").read_text(encoding="utf-8")
     assert "://" not in page
     assert "<script" not in page

@@ -88,7 +88,7 @@ def test_a_tick_leaves_no_memory_behind(lines, make, name):
     assert 0 < memory.kept_bytes <= memory.peak_bytes
 
 
-def test_a_tick_that_hoards_is_found():
+def test_a_tick_that_keeps_memory_is_found():
     hoard = []
     memory = allocations(lambda index: hoard.append(np.zeros(10)), 100)
     assert memory.growth_bytes > 100 * 80

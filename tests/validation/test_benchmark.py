@@ -110,7 +110,7 @@ def test_a_result_reads_back_as_it_was_written(result, tmp_path):
     assert load_result(file) == result
 
 
-def test_nothing_has_changed_since_itself(result):
+def test_a_result_compared_with_itself_shows_no_change(result):
     changes = compare(result, result)
     assert len(changes) == sum(row.ratio is not None for row in result.rows) + len(result.loop)
     assert all(change.factor == 1.0 and change.verdict == "within noise" for change in changes)
@@ -125,7 +125,7 @@ def with_ratio(result: BenchResult, key: str, ratio: float, spread: float) -> Be
     ("ratio", "spread", "verdict"),
     [(1.0, 0.1, "faster"), (4.0, 0.1, "slower"), (1.9, 0.1, "within noise"), (1.0, 2.0, "within noise")],
 )
-def test_a_change_counts_where_it_exceeds_the_noise(result, ratio, spread, verdict):
+def test_a_change_counts_if_it_exceeds_the_noise(result, ratio, spread, verdict):
     key = "wam7 operational space"
     (change,) = [
         change

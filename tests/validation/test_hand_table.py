@@ -26,12 +26,12 @@ def table():
 
 
 @pytest.mark.slow
-def test_everything_measured_is_as_it_should_be(table):
+def test_every_measurement_of_the_hands_is_within_its_tolerance(table):
     assert [row for row in table if not row.ok] == []
 
 
 @pytest.mark.slow
-def test_the_page_shows_what_is_measured(table):
+def test_the_page_of_the_hands_shows_the_measured_numbers(table):
     shown = {name: (float(value), unit) for name, value, unit in ROW.findall(PAGE)}
     assert shown.keys() == {row.name for row in table}, "python docs/studies/hand_table.py prints the table"
     for row in table:
@@ -71,14 +71,14 @@ def test_the_shovel_slides_on_its_edge_alone():
     assert abs(slide.edge_height) < 1e-3
 
 
-def test_a_recording_without_a_push_says_so():
+def test_a_recording_without_a_push_is_refused_with_the_reason():
     recording = recorded_attempt("rbo_hand2")
     cut = replace(recording, meta={**recording.meta, "outcomes": []})
     with pytest.raises(RecordingError, match="without a push"):
         hand_slide(cut, Hand.load("rbo_hand2"))
 
 
-def test_a_weak_hand_loses_what_the_shipped_one_holds():
+def test_a_weak_hand_loses_the_ball_that_the_shipped_hand_holds():
     weak = Hand.load("rbo_hand2", HandModelConfig(closing_moment=0.2))
     assert holding.slip(weak, 0.5) > holding.LOST
     shipped = Hand.load("rbo_hand2")

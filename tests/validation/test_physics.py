@@ -67,7 +67,7 @@ def test_a_drop_touches_nothing_but_its_spot(rig):
             assert touched <= {spot.geom, "object_1"}
 
 
-def test_what_is_measured_is_the_contact_that_was_asked_for(rig):
+def test_the_measured_contact_has_the_requested_parameters(rig):
     dull = ContactRig.build(bouncing(OBJECT_MODELS["light_sphere"], 0.4), Hand.load("shovel"))
     assert rebound(dull, dull.spots["table"], 0.3) < 0.5 < rebound(rig, rig.spots["table"], 0.3)
     assert rebound(dull, dull.spots["shovel floor"], 0.3) > 0.7
@@ -84,7 +84,7 @@ def test_a_cube_slips_within_a_degree_and_a_ball_rolls_by_the_formula(rig):
     assert result.formula == pytest.approx(0.002 * 9.81 / (0.027 * 1.55))
 
 
-def test_what_does_not_slip_has_no_angle():
+def test_an_object_that_does_not_slip_has_no_angle():
     rig = ContactRig.build(OBJECT_MODELS["cube"], Hand.load("shovel"))
     assert math.isnan(slip(rig, rig.spots["table"], 0.05).angle)
 
@@ -117,7 +117,7 @@ GOOD, BAD = PhysicsCheck("fine", 1.0, 1.0, 0.1, "-"), PhysicsCheck("off", 1.0, 2
 
 
 @pytest.mark.parametrize(("checks", "status"), [((GOOD,), 0), ((GOOD, BAD), 2)])
-def test_the_verb_prints_every_check_and_fails_where_one_does(capsys, monkeypatch, checks, status):
+def test_the_verb_prints_every_check_and_fails_if_one_fails(capsys, monkeypatch, checks, status):
     monkeypatch.setattr(suite, "SUITES", ((1.0, lambda: checks),))
     for flags in (["--json"], []):
         assert main(["doctor", "--physics", *flags]) == status
@@ -132,7 +132,7 @@ def test_the_verb_prints_every_check_and_fails_where_one_does(capsys, monkeypatc
         assert "Traceback" not in err
 
 
-def test_the_page_shows_the_checks_that_there_are():
+def test_the_page_shows_every_check():
     """A suite that costs seconds is run; of the others the page has rows of the same beginning."""
     rows = [line.split("|")[1].strip() for line in PAGE.read_text(encoding="utf-8").splitlines() if "| ok |" in line]
     names = [check.name for check in suite.step_halving_checks()]
@@ -141,7 +141,7 @@ def test_the_page_shows_the_checks_that_there_are():
     assert kinds >= {"restitution", "slip", "rolling", "energy", "wrench", "depth", "passed through", "rest"}
 
 
-def test_a_known_miss_is_told_and_does_not_fail(capsys, monkeypatch):
+def test_a_known_miss_is_reported_and_does_not_fail(capsys, monkeypatch):
     monkeypatch.setattr(suite, "SUITES", ((1.0, lambda: (GOOD, BAD)),))
     monkeypatch.setattr(suite, "KNOWN", {"off": "one contact on a flat end"})
     assert main(["doctor", "--physics", "--json"]) == 0
@@ -153,16 +153,16 @@ def test_a_known_miss_is_told_and_does_not_fail(capsys, monkeypatch):
     assert "missed: one contact on a flat end" in capsys.readouterr().out
 
 
-def test_what_is_known_to_be_missed_is_still_measured():
+def test_known_misses_are_still_measured():
     rows = {line.split("|")[1].strip() for line in PAGE.read_text(encoding="utf-8").splitlines() if "| missed:" in line}
     assert rows == suite.KNOWN.keys()
 
 
-def test_a_table_row_says_what_was_asked_and_found():
+def test_a_table_row_shows_the_requested_and_the_measured_number():
     assert markdown([BAD]).splitlines()[-1] == "| off | 1 mm | 2 mm | ±0.1 mm | failed |"
 
 
-def test_pybullet_is_never_asked_for_by_the_library():
+def test_the_library_never_imports_pybullet():
     root = ROOT / "pilegrasp_ctrl"
     own = [file for file in root.rglob("*.py") if "scenarios" not in file.parts]
     assert [file.name for file in own if "import pybullet" in file.read_text(encoding="utf-8")] == []

@@ -18,7 +18,7 @@ def attempt():
     return synthetic()
 
 
-def test_the_camera_looks_from_where_no_wall_stands():
+def test_the_camera_looks_from_the_side_without_a_wall():
     tall = Shape("box", (0.4, 0.01, 0.5), (0.0, 0.0, 0.5))
     for side in (-1.0, 1.0):
         walled = still([Shape("sphere", (0.03,))])
@@ -51,7 +51,7 @@ def beside(*others, frames=2, **changes):
     )
 
 
-def test_the_camera_would_rather_look_through_glass_than_at_an_arm():
+def test_the_camera_prefers_a_view_through_glass_to_a_view_of_an_arm():
     half = (0.8, 0.01, 0.8)
     arm, glass = ("arm", half, 1.0, (0.0, -0.2, 0.0)), ("support", half, 0.45, (0.0, 0.2, 0.0))
     assert best_direction(beside(arm, glass))[1] > 0.5
@@ -69,7 +69,7 @@ def test_the_camera_leaves_its_preferred_view_for_one_that_hides_a_hundredth_les
         np.testing.assert_array_equal(best_direction(scene), chosen)
 
 
-def test_the_camera_heeds_the_ends_of_the_primitives():
+def test_the_camera_considers_the_ends_of_the_primitives():
     passing = np.tile([0.0, -0.2, 0.0], (90, 1))
     passing[:] += 5.0
     passing[44:48] -= 5.0

@@ -79,7 +79,7 @@ def test_a_recording_of_few_frames_has_a_sheet(frames):
     assert len(frame_times(short, 10.0, 1.0)) == (1 if frames == 1 else 101)
 
 
-def test_primitives_without_end_or_out_of_time_do_not_swell_the_sheet():
+def test_primitives_without_end_or_out_of_time_add_no_tiles():
     rows = [{"name": f"p{k}", "status": "ended", "start": 0.1 * k, "end": 0.1 * k + 0.1} for k in range(90)]
     rows.append({"name": "late", "status": "ended", "start": 50.0, "end": 60.0})
     shown = moments(synthetic(frames=30, outcomes=rows))

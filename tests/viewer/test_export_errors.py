@@ -119,7 +119,7 @@ def test_an_interrupt_leaves_neither_a_file_nor_a_browser(chromium, attempt, tmp
         (["nowhere/a.gif"], "does not exist"),
     ],
 )
-def test_what_cannot_be_written_is_said(capsys, saved, arguments, words):
+def test_an_export_that_cannot_be_written_is_an_error(capsys, saved, arguments, words):
     name, *options = arguments
     status, out, err = answer(capsys, "export", saved, saved.parent / name, *options)
     assert (status, out) == (2, "")

@@ -96,7 +96,7 @@ def test_the_page_names_no_other_server(view):
 
 
 @pytest.mark.parametrize("path", ["", "live.js", "frames"])
-def test_a_name_that_was_made_to_lead_here_gets_nothing(view, path):
+def test_a_foreign_name_that_resolves_to_this_machine_gets_nothing(view, path):
     with pytest.raises(urllib.error.HTTPError) as refusal:
         get(view, path, Host=f"evil.example:{port(view)}")
     assert refusal.value.code == 404

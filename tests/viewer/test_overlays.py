@@ -112,7 +112,7 @@ def test_a_finger_is_a_numbered_run_of_single_capsules():
 
 
 @pytest.mark.parametrize("flip", [False, True])
-def test_a_tube_runs_from_base_to_tip_whichever_way_its_capsules_point(flip):
+def test_a_tube_runs_from_base_to_tip_for_either_direction_of_its_capsules(flip):
     turn = Rotation.from_euler("y", 90 if not flip else -90, degrees=True).as_quat(scalar_first=True)
     shape = Shape("capsule", (0.01, 0.02), (0.02, 0.0, 0.0), turn)
     bodies = tuple(Body(f"index_{k}", "hand", (shape,)) for k in (1, 2, 3))
@@ -147,7 +147,7 @@ def test_the_page_draws_the_leading_edge_and_the_funnel_that_were_measured(attem
 
 
 @pytest.mark.parametrize("slope", [0.3, -0.3])
-def test_the_funnel_on_the_page_is_the_exponential_that_the_motion_says(slope):
+def test_the_funnel_on_the_page_is_the_exponential_of_the_motion(slope):
     # dy/dx = -slope y / SPEED at first, so the sides start at the edge's ends and lean by 3 times their distance.
     frame = push_frame(push_recording(crowd(0.0, slope)))
     x, right, left = np.transpose(frame["funnel"])
@@ -173,7 +173,7 @@ def test_the_page_looks_where_a_turned_hand_points(alpha, beta):
     assert push_frame(recording)["edge"] == pytest.approx(straight["edge"], abs=2e-4)
 
 
-def test_where_no_motion_was_measured_there_is_no_funnel(attempt):
+def test_a_recording_without_measured_motion_shows_no_funnel(attempt):
     assert push_frame(replace(attempt, meta={})) is None
     assert push_frame(replace(attempt, signals={})) is None
     bare = replace(attempt, bodies=tuple(replace(b, role="arm") if b.role == "hand" else b for b in attempt.bodies))
@@ -185,7 +185,7 @@ def test_where_no_motion_was_measured_there_is_no_funnel(attempt):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ODD_RECORDINGS)
-def test_what_the_analysis_cannot_read_is_still_a_page(name):
+def test_a_recording_that_the_analysis_cannot_read_is_still_a_page(name):
     assert "<html" in page(ODD_RECORDINGS[name])
 
 
@@ -194,7 +194,7 @@ def test_an_error_of_the_analysis_leaves_the_page_without_what_was_measured(atte
         raise ZeroDivisionError("odd")
 
     monkeypatch.setattr(PushMotion, "of", fail)
-    with pytest.warns(RuntimeWarning, match="could not be measured: ZeroDivisionError"):
+    with pytest.warns(RuntimeWarning, match="a measure that failed: ZeroDivisionError"):
         document = page(attempt)
     (data,) = json.loads(re.search(r'id="page-data">(.*?)</script>', document, flags=re.DOTALL)[1])
     assert (data["push"], data["separated"]) == (None, None)
@@ -212,7 +212,7 @@ def test_a_page_from_python_is_that_of_the_command(attempt, tmp_path):
     assert b'"separated":{"path":"/Objects/' in pages.pop()
 
 
-def test_the_wrench_stands_at_the_sensor_with_force_and_moment(attempt):
+def test_the_wrench_is_drawn_at_the_sensor_as_force_and_moment(attempt):
     signals = dict(attempt.signals) | {"wrench": np.tile([0, 0, 10.0, 0, 0.5, 0], (len(attempt.signal_time), 1))}
     stream = commands(replace(attempt, signals=signals))
     values = {
@@ -262,7 +262,7 @@ def test_the_page_carries_stream_contacts_and_data_of_each_recording(attempt):
     assert document.count("Arrows, marks and keys") == 1
 
 
-def test_the_separated_object_is_named_only_where_it_was_recorded(attempt):
+def test_the_separated_object_is_named_only_if_it_was_recorded(attempt):
     def told(motion):
         document = page(replace(attempt, meta={"motion": motion}))
         return json.loads(re.search(r'id="page-data">(.*?)</script>', document, flags=re.DOTALL)[1])[0]["separated"]
@@ -311,5 +311,5 @@ def test_two_recordings_go_into_a_page_only(attempt, tmp_path, capsys):
     for arguments in ([*files, str(tmp_path / "pair.png")], [*files, files[0], str(tmp_path / "pair.html")]):
         assert cli.main(["export", *arguments]) == 2
         assert "give one, or two for a page (.html)" in capsys.readouterr().err
-    with pytest.raises(ExportError, match="stand side by side on a page only"):
+    with pytest.raises(ExportError, match="only a page shows two recordings side by side"):
         write(attempt, tmp_path / "pair.gif", beside=attempt)

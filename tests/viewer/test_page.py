@@ -64,7 +64,7 @@ def test_a_page_of_five_minutes_is_small():
     assert short + 29 * (long - short) / (cycles - 1) <= 6e6
 
 
-def test_the_page_asks_for_nothing(document):
+def test_the_page_requests_nothing(document):
     addresses = set(re.findall(r"\w+://[^\s\"'`)]+", document))
     # A namespace, and what meshcat's `connect` would open; nobody calls it, and the policy forbids it.
     assert addresses <= {"http://www.w3.org/1999/xhtml", "ws://${location.host}"}

@@ -78,7 +78,7 @@ def colors(recording):
     return [c["object"]["materials"][0]["color"] for c in of_type(commands(recording), "set_object", "/Objects/")]
 
 
-def test_objects_of_one_colour_are_told_apart_and_others_keep_theirs():
+def test_objects_of_one_colour_get_distinct_colours_and_others_keep_theirs():
     assert set(colors(synthetic(objects=9, frames=2))) == set(PALETTE[:9])
     shapes = [Shape("sphere", (0.03,), rgba=(1, 0, 0, 1)), Shape("sphere", (0.03,), rgba=(0, 0, 1, 1))]
     assert colors(still(shapes)) == [0xFF0000]

@@ -28,7 +28,7 @@ def document(attempt):
     return page(attempt)
 
 
-def test_the_head_says_what_happened_when_and_why():
+def test_the_head_gives_verdict_time_and_reason():
     words = text_of(page(synthetic(success=False, frames=30)))
     assert "spheres_wall seed 0 Failed push: travel limit of 0.36 m before 17 N, at 6.4 s" in words
     assert "failed: travel limit of 0.36 m 2.20–6.40 360 11.2" in words
@@ -156,7 +156,7 @@ def test_ticks_are_round_numbers():
     assert nice_ticks(1.0, 1.0, 4) == []
 
 
-def test_the_summary_reads_what_is_there():
+def test_the_summary_reads_the_recorded_keys():
     summary = summarize(
         {"config": {"strategy": {"grasp_force": 8, "alpha_deg": 0.0, "beta_deg": 15.0}}, "success": True}
     )
@@ -172,7 +172,7 @@ def test_the_summary_reads_what_is_there():
     assert line.facts == (("hand", "shovel"),)
 
 
-def test_the_summary_leaves_out_what_played_no_part():
+def test_the_summary_leaves_out_unused_settings():
     config = {
         "program": "line",
         "pile": {"object": "cube", "count": 0},
