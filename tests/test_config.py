@@ -126,7 +126,7 @@ def test_the_documented_scenarios_are_those_that_ship():
         ("tags", "paper"),
     ],
 )
-def test_a_value_that_is_not_allowed_is_named(key, value):
+def test_the_error_names_a_value_that_is_not_allowed(key, value):
     with pytest.raises(ConfigurationError) as caught:
         build_scenario({}, {key: value})
     assert key in str(caught.value)
@@ -295,7 +295,7 @@ def test_a_scenario_without_a_name_gets_that_of_its_file(tmp_path):
         (b"pile.count = " + 5000 * b"9", "is not valid TOML"),
     ],
 )
-def test_a_file_that_is_not_toml_is_named(tmp_path, content, message):
+def test_the_error_names_a_file_that_is_not_toml(tmp_path, content, message):
     path = tmp_path / "mine.toml"
     path.write_bytes(content)
     with pytest.raises(ConfigurationError, match=rf"mine\.toml: {message}"):
@@ -308,7 +308,7 @@ def test_a_byte_order_mark_is_accepted(tmp_path):
     assert load_scenario(path).name == "yours"
 
 
-def test_a_file_that_cannot_be_read_is_named(tmp_path):
+def test_the_error_names_a_file_that_cannot_be_read(tmp_path):
     with pytest.raises(ConfigurationError, match=r"nothing\.toml: no such file"):
         load_scenario("nothing.toml")
     with pytest.raises(ConfigurationError, match="cannot be read"):

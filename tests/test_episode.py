@@ -101,7 +101,7 @@ def test_the_shovel_runs_the_same_primitives_and_tilts_back(scoop):
 
 
 @pytest.mark.slow
-def test_without_a_support_the_push_finds_no_force_and_nothing_closes(alone):
+def test_without_a_support_the_push_does_not_reach_its_force_and_the_hand_does_not_close(alone):
     assert [(outcome.name, outcome.status) for outcome in alone.outcomes] == [("approach", "ended"), ("push", "failed")]
     push = alone.outcomes[1]
     assert "travel limit" in push.trigger
@@ -165,7 +165,7 @@ def test_the_recording_is_sampled_at_its_rates_from_beginning_to_end(grasp):
     assert np.isin(ends, recording.signal_time).all()
 
 
-def test_the_recorded_force_reaches_the_threshold_where_the_push_ends(grasp):
+def test_the_recorded_force_reaches_the_threshold_at_the_end_of_the_push(grasp):
     recording, push = grasp.recording, grasp.outcomes[1]
     during = (recording.signal_time >= push.start) & (recording.signal_time <= push.end)
     force = recording.signals["push_force"][during]

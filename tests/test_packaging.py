@@ -1,4 +1,4 @@
-"""What is installed: one name in site-packages, with the linked folders and their data inside it."""
+"""Installation: one name in site-packages, which contains the linked folders and their data."""
 
 import shutil
 import subprocess

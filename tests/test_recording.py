@@ -306,7 +306,7 @@ def test_nothing_in_a_file_is_executed(tmp_path):
     assert os.listdir(tmp_path) == ["a.npz"]
 
 
-def test_a_missing_entry_is_named(tmp_path):
+def test_the_error_names_a_missing_entry(tmp_path):
     small().save(tmp_path / "a.npz")
     with np.load(tmp_path / "a.npz") as archive:
         arrays = {name: archive[name] for name in archive.files if name != "body_position"}
@@ -322,7 +322,7 @@ def test_an_archive_that_unpacks_to_too_much_is_rejected(tmp_path, monkeypatch):
         Recording.load(tmp_path / "a.npz")
 
 
-def test_every_truncation_is_noticed(tmp_path):
+def test_every_truncation_is_detected(tmp_path):
     path = tmp_path / "a.npz"
     small().save(path)
     content = path.read_bytes()
@@ -332,7 +332,7 @@ def test_every_truncation_is_noticed(tmp_path):
             Recording.load(path)
 
 
-def test_flipped_bytes_are_noticed_or_harmless(tmp_path):
+def test_flipped_bytes_are_detected_or_harmless(tmp_path):
     path = tmp_path / "a.npz"
     whole = small()
     whole.save(path)

@@ -24,7 +24,7 @@ def test_wilson_of_19_in_20_has_the_values_of_the_tables():
 
 
 @pytest.mark.parametrize("n", [1, 20, 10_000])
-def test_wilson_ends_at_0_and_1_where_all_fail_or_all_succeed(n):
+def test_wilson_reaches_0_or_1_if_all_attempts_fail_or_succeed(n):
     (none_low, none_high), (all_low, all_high) = wilson(0, n), wilson(n, n)
     # Both ends in closed form: z² / (n + z²).
     width = norm.ppf(0.975) ** 2 / (n + norm.ppf(0.975) ** 2)

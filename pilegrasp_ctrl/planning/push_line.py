@@ -77,7 +77,7 @@ def plan_push_line(
     direction = np.array([np.cos(alpha), np.sin(alpha)])
     middle = _pile_middle(positions, layout.frame_size) if len(positions) else layout.frame_center
     if goal:
-        # The bin leaves the hand less room than an open table: the goal fixes the line, the pile its start.
+        # The hand has less room in a bin, so the goal fixes the line, and the pile only its start.
         anchor = goal.best_line(positions, HAND_HALF_WIDTH)[0].anchor
         point = anchor + min((middle - anchor) @ direction, -radius) * direction
     elif strategy.kind == "object":
@@ -88,7 +88,7 @@ def plan_push_line(
         point = np.array([layout.support_distance - radius, middle[1]])
     else:
         point = center_between_walls(layout.walls, _turned_outline(hand, strategy), direction, middle)
-    # In a bin the push cannot begin farther back.
+    # In a bin the push cannot begin far behind the pile, so a narrower gap ends the pile there.
     gap = radius if goal else MIN_GAP
     extent = pile_extent(positions, radius, point, direction, gap) if len(positions) else 0.5 * layout.frame_size
     if goal:
@@ -140,12 +140,12 @@ def _pile_middle(positions: Array, size: float) -> Array:
 
 
 def _reach_correction(goal: PushGoal, touch: Array, clearance: float) -> float:
-    """Return how much nearer to the pile than `touch` (2,) the hand must come down so that the wrist has room [m]."""
+    """Return how much nearer to the pile than `touch` (2,) the hand must touch down for the wrist to have room [m]."""
     deficit = goal.reach_deficit(touch)
     if deficit > max(0.0, clearance - LEAST_CLEARANCE):
         raise UnreachablePoseError(
-            f"the pile before {goal.name} reaches so near to the arm that the wrist would hit the bin's near wall "
-            f"({1000 * deficit:.0f} mm of room are missing); lower pile.count"
+            f"the pile in front of {goal.name} is {1000 * deficit:.0f} mm too near to the arm: "
+            "the wrist would hit the bin's near wall; lower pile.count"
         )
     return deficit
 

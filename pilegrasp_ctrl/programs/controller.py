@@ -68,7 +68,7 @@ def _impedance_controller(scenario: Scenario, hand: Hand, gains: Impedance) -> C
     settings = scenario.controller
     free = _free_gains(scenario, hand, gains)
     flange_to_tool = hand.transform_tool_to_flange.inverse().translation
-    # The delay of the wrist sensor's filter, and one control period.
+    # The delay of the wrist sensor's filter and one control period.
     lag = 0.5 / (np.pi * scenario.sensor.cutoff) + 1.0 / settings.rate
 
     def make(arm: ArmModel, posture: Array) -> Control:
@@ -78,7 +78,7 @@ def _impedance_controller(scenario: Scenario, hand: Hand, gains: Impedance) -> C
 
         def step(observation: Observation, setpoint: Setpoint, state: ArmState) -> ControllerOutput:
             if gains.inertia is not None:
-                # The sensor reads at the flange.
+                # The sensor's wrench is at the flange; this controller needs it at the tool.
                 wrench = move_wrench(observation.wrench, state.rotation.dot(flange_to_tool))
                 observation = Observation(observation.time, observation.q, observation.v, wrench)
             return controller.step(observation, setpoint.reference, state, setpoint.desired_force)

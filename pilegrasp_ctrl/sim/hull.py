@@ -46,7 +46,7 @@ class Hull:
         if file.suffix.lower() not in FORMATS:
             raise ConfigurationError(f"{file}: a mesh must be one of {', '.join(FORMATS)}")
         if not file.is_file():
-            raise ConfigurationError(f"{file}: no such mesh")
+            raise ConfigurationError(f"{file}: no such mesh; its path is relative to the object's file")
         spec = mujoco.MjSpec()
         spec.add_mesh(
             name="mesh", file=str(file.resolve()), scale=[factor] * 3, maxhullvert=MAX_VERTICES, inertia=_CONVEX

@@ -75,7 +75,7 @@ def test_an_angle_that_is_not_a_number_counts_as_zero(strategy):
     assert found == measure(push_recording(motions))
 
 
-def test_a_thumb_above_the_objects_is_no_part_of_the_leading_edge():
+def test_a_thumb_above_the_objects_is_not_part_of_the_leading_edge():
     recording = push_recording({"far": RESTLESS, "a": at_rest(0.17, 0.0)})
     thumb = Body("thumb", "hand", (Shape("box", (0.03, 0.02, 0.01), (FRONT, -0.1, 2.5 * RADIUS)),))
     bodies = tuple(thumb if body.name == "thumb" else body for body in recording.bodies)

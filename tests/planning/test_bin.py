@@ -154,7 +154,7 @@ def attempt():
     return prepare(load_scenario("bin_picking", EMPTY | {"support.tilt_deg": 0.0, "strategy.theta_deg": 50.0}), 0)
 
 
-def test_fingers_may_lean_on_a_wall_but_not_on_its_rim(attempt):
+def test_fingers_may_touch_a_wall_but_not_its_rim(attempt):
     model = attempt.simulation.scene.model
     tip = int(model.body("middle_4").geomadr[0])
     assert placed(attempt, tip, [0.995, 0.0, 0.05]) is None
@@ -170,7 +170,7 @@ def test_the_wrist_may_not_touch_a_wall(attempt):
     assert verdict in {f"collision with the bin's rim: {part} at bin_left" for part in ("sensor", "link5", "link6")}
 
 
-def test_objects_on_a_wall_are_no_collision():
+def test_an_object_that_touches_a_wall_is_not_a_collision():
     attempt = prepare(load_scenario("bin_picking", {"pile.count": 3}), 0)
     data = attempt.simulation.data
     names = {frozenset(pair) for pair in data.contact.geom.tolist()}
@@ -188,7 +188,7 @@ def test_an_arm_that_hits_the_rim_ends_its_primitive():
 
 
 @pytest.mark.parametrize("support", ["wall", "corner"])
-def test_a_push_comes_down_inside_and_reaches_its_goal_without_touching_the_rim(support):
+def test_a_push_in_the_bin_reaches_its_goal_without_touching_the_rim(support):
     result = run("bin_picking", overrides=EMPTY | {"support.kind": support}, record=True)
     assert result.success, result.reason
     assert [outcome.trigger for outcome in result.outcomes] == ["surface contact", "grasp force"]

@@ -45,7 +45,7 @@ def test_a_ball_between_two_walls_moves_along_their_bisector():
     np.testing.assert_allclose(center_between_walls(walls("corner"), ball, along(0.0), POINT), [1.0, 0.0], atol=1e-12)
 
 
-def test_parts_of_the_hand_above_the_walls_need_no_room():
+def test_parts_of_the_hand_above_the_walls_do_not_count():
     balls = np.array([[0.0, 0.0, 0.0, 0.03], [0.0, -0.2, 0.2, 0.03]])
     np.testing.assert_allclose(center_between_walls(walls("corner"), balls, along(0.0), POINT), [1.0, 0.0], atol=1e-12)
 

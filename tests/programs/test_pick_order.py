@@ -198,7 +198,7 @@ def test_the_fingertips_travel_six_centimetres_above_the_rims_and_stop_short_of_
     np.testing.assert_allclose(ORDER_CENTER - point[:2], 0.04 * forward / np.linalg.norm(forward), atol=1e-12)
 
 
-def test_the_orders_crate_stands_beside_the_bin():
+def test_the_orders_crate_is_beside_the_bin():
     assert {wall.crate for wall in LAYOUT.walls} == {"bin", "order"}
     left = next(wall for wall in LAYOUT.walls if wall.name == "bin_left")
     right = next(wall for wall in LAYOUT.walls if wall.name == "order_right")

@@ -58,7 +58,7 @@ def test_a_positive_torque_turns_its_joint_in_the_positive_direction(backend, jo
     assert simulation.observe().v[joint] > 1e-3
 
 
-def test_the_closure_reaches_every_finger_and_no_joint_of_the_arm(backend):
+def test_the_closure_moves_every_finger_and_no_joint_of_the_arm(backend):
     simulation, _, q = backend
     simulation.reset(q, POSES)
     torque = np.arange(1.0, 8.0)

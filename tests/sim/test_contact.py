@@ -81,7 +81,7 @@ def test_damping_ratio_inverts_the_restitution_law(step):
 
 @pytest.mark.parametrize("zeta", [0.05, 0.2, 0.5, 0.9])
 def test_small_steps_lead_to_the_law_of_the_continuous_contact(zeta):
-    """Schwager & Pöschel (2007), eq. 18: the contact ends where the force, not the penetration, is back at zero."""
+    """Schwager & Pöschel (2007), eq. 18: the contact ends when the force, not the penetration, returns to zero."""
     root = math.sqrt(1.0 - zeta**2)
     law = math.exp(-zeta / root * (math.pi - math.atan2(2.0 * zeta * root, 1.0 - 2.0 * zeta**2)))
     assert restitution_of(zeta, 0.002) == pytest.approx(law, abs=1e-3)

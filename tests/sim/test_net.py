@@ -63,7 +63,7 @@ def test_beyond_its_length_the_net_is_taut():
     np.testing.assert_allclose(velocity[:, :3].sum(axis=0), [0.5, 0.0, 0.0], atol=1e-6)
 
 
-def test_a_lime_that_moves_inward_pushes_no_other():
+def test_a_lime_that_moves_inward_does_not_push_another():
     model, data = bag(triangle(0.079))
     data.qvel[0] = -0.1  # toward the middle between the others, which it does not reach in this time
     for _ in range(150):

@@ -74,7 +74,7 @@ def test_every_shape_loads_and_its_volume_and_inertia_are_mujocos(tmp_path, shap
     assert by_mujoco["density"].body_mass[1] == pytest.approx(volume, rel=1e-6)
 
 
-def test_a_mesh_lies_about_its_centre_of_mass_and_is_drawn(tmp_path):
+def test_a_mesh_is_placed_about_its_centre_of_mass_and_drawn(tmp_path):
     write_mesh(tmp_path / "brick.obj")
     objects = read_object(write_object(tmp_path / "m.toml", shape="mesh", file="brick.obj", unit="mm", mass=0.05))
     assert objects.half_size == pytest.approx((0.015, 0.02, 0.03), rel=1e-6)
@@ -169,7 +169,7 @@ FLAT = [(0, 0, 0), (40, 0, 0), (0, 40, 0), (40, 40, 0)]
 @pytest.mark.parametrize(
     ("name", "keys", "sentence"),
     [
-        ("nowhere.stl", {}, r"nowhere.stl: no such mesh$"),
+        ("nowhere.stl", {}, r"nowhere.stl: no such mesh; its path is relative to the object's file$"),
         ("flat.obj", {}, r"flat.obj: cannot be used as a mesh; .* coplanar"),
         (
             "text.stl",

@@ -16,7 +16,7 @@ from pilegrasp_ctrl.trajectories.straight_line import StraightLine
 GRAVITY = 9.81
 IDEAL = {"calibration": "SI-65-5", "force_noise": 0.0, "torque_noise": 0.0, "cutoff": 1e3, "bias": 0.0, "drift": 0.0}
 TOOL_SIDE = 0.049
-"""Height of the sensor's tool side over the flange, where the sensor measures [m]."""
+"""Height of the sensor's tool side over the flange [m]; the sensor measures there."""
 UPRIGHT, LYING = (0.0, 0.0, 0.0), (0.0, np.pi / 2.0, 0.0)
 
 
@@ -169,7 +169,7 @@ def test_the_tare_removes_the_offset_at_any_tilt(tilt):
     assert np.abs(bench.read()).max() > 0.3
     bench.sensor.tare(bench.data)
     bench.turn(tilt)
-    # What remains is the rounding of two readings.
+    # The rounding of two readings remains.
     np.testing.assert_allclose(bench.read(), 0.0, atol=0.03)
     np.testing.assert_allclose(bench.read((3.0, -2.0, 1.0))[:3], [3.0, -2.0, 1.0], atol=0.03)
 

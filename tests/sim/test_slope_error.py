@@ -85,7 +85,7 @@ def attempt(request):
     return prepare(load_scenario("push_wall", SHOVEL | wrong_by(2.0, request.param)), 0)
 
 
-def test_the_arm_is_where_it_is_planned_except_for_the_floor(attempt):
+def test_the_arm_has_its_planned_pose_relative_to_the_known_floor(attempt):
     model, arm = attempt.simulation.scene.model, attempt.arm
     data = mujoco.MjData(model)
     data.qpos[:] = attempt.simulation.data.qpos
@@ -133,7 +133,7 @@ def touch_down(result):
 
 
 @pytest.mark.slow
-def test_the_approach_finds_the_floor_where_it_is(pushes):
+def test_the_approach_ends_at_the_true_floor(pushes):
     level = touch_down(pushes[0.0])
     for error in (-2.0, 2.0):
         assert touch_down(pushes[error])[2] == pytest.approx(level[2], abs=1e-3)

@@ -98,7 +98,7 @@ def test_noise_has_the_stated_deviation_and_follows_the_seed():
 
     first = samples(1)
     np.testing.assert_allclose(first[:, :3].std(axis=0), 0.3, rtol=0.1)
-    # Forces and torques are measured on the sensor's tool side, 49 mm from where the wrench is stated.
+    # Forces and torques are measured on the sensor's tool side, 49 mm from the point of the wrench.
     bent = np.hypot(0.01, 0.049 * 0.3)
     np.testing.assert_allclose(first[:, 3:].std(axis=0), [bent, bent, 0.01], rtol=0.1)
     np.testing.assert_array_equal(first, samples(1))
