@@ -206,7 +206,7 @@ class MassProperties:
             raise ArgumentError(f"mass is {self.mass} kg; it must not be negative")
         inertia = frozen_array(self.inertia, (3, 3), "inertia")
         if np.abs(inertia - inertia.T).max() > 1e-9 or np.linalg.eigvalsh(inertia)[0] < -1e-12:
-            raise ArgumentError("inertia is not symmetric positive semi-definite")
+            raise ArgumentError("inertia is not symmetric positive semi-definite; give it about the centre of mass")
         object.__setattr__(self, "center_of_mass", frozen_array(self.center_of_mass, (3,), "center_of_mass"))
         object.__setattr__(self, "inertia", inertia)
 

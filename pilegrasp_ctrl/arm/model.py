@@ -139,7 +139,9 @@ class ArmModel:
             **folder.numbers,
         )
         if arm.joint_names != folder.joint_names:
-            raise ModelError(f"{name}: the joints of the URDF, {arm.joint_names}, are not those of robot.toml")
+            raise ModelError(
+                f"{name}: the joints of the URDF, {arm.joint_names}, are not those of robot.toml; correct its names"
+            )
         return arm
 
     @classmethod

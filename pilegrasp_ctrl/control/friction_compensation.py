@@ -63,7 +63,7 @@ class FrictionCompensation:
         self.scale, self.error_rate, self.gain = scale, error_rate, gain
         self.coulomb, self.viscous = gain * arm.friction_coulomb, gain * arm.friction_viscous
         self._scaled_viscous = scale * self.viscous
-        self._none = not (self.coulomb.any() or self._scaled_viscous.any())
+        self._is_zero = not (self.coulomb.any() or self._scaled_viscous.any())
         # numpy multiplies by an array faster than by a number, which it has to wrap first.
         self._rates, self._per_scale = np.full(6, error_rate), np.full(arm.nv, 1.0 / scale)
         self._limit = arm.velocity_limit
@@ -80,7 +80,7 @@ class FrictionCompensation:
             reference: Reference of the tool.
             error: (6,) Error of the tool's pose [m, rad].
         """
-        if self._none:
+        if self._is_zero:
             return None
         # A vector that is short as a whole is short in each part. This holds in nearly every period, here and below.
         twist = self._rates * error
@@ -94,3 +94,18 @@ class FrictionCompensation:
         # Velocities in units of the scale, so that the scale of the law is 1.
         scaled = v * self._per_scale
         return coulomb_torque(scaled, self.coulomb, 1.0) + scaled * self._scaled_viscous
+
+
+def make_compensation(
+    arm: ArmModel, friction: FrictionCompensation | bool, **options: float
+) -> FrictionCompensation | None:
+    """Return the feed-forward that a controller's argument `friction` asks for.
+
+    Args:
+        arm: Model with the friction.
+        friction: Feed-forward itself, True for a new one, or False for none.
+        options: Arguments of a new `FrictionCompensation`.
+    """
+    if isinstance(friction, bool):
+        return FrictionCompensation(arm, **options) if friction else None
+    return friction

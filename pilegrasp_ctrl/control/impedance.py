@@ -17,7 +17,7 @@ from ..tasks.gains import Impedance
 from ..tasks.impedance_task import ImpedanceTask
 from ..tasks.posture_task import PostureTask
 from ..types import Array, ControllerOutput, Observation, Reference
-from .friction_compensation import FrictionCompensation
+from .friction_compensation import FrictionCompensation, make_compensation
 from .inertia_weighted_dynamics import InertiaWeightedDynamics
 from .inverse_dynamics import LIMITS
 from .sampled_data import check_stability
@@ -92,10 +92,7 @@ class ImpedanceController:
         self._dynamics = InertiaWeightedDynamics(arm, self._task, posture, limits, solver, rate)
         if posture.target is not None and (self._task.sqrt_weight == 1.0).all():
             check_stability(arm, impedance, posture.target, rate, wrench_lag)
-        if isinstance(friction, bool):
-            self._friction = FrictionCompensation(arm, error_rate=0.0) if friction else None
-        else:
-            self._friction = friction
+        self._friction = make_compensation(arm, friction, error_rate=0.0)
 
     def __repr__(self) -> str:
         return f"ImpedanceController({self.arm!r}, {self._task!r}, solver={self._dynamics.solver.name!r})"

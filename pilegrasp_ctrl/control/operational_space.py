@@ -15,7 +15,7 @@ from ..tasks.gains import MotionGains
 from ..tasks.posture_task import PostureTask
 from ..types import Array, ControllerOutput, Observation, Reference
 from .compiled_motion import CompiledMotion
-from .friction_compensation import FrictionCompensation
+from .friction_compensation import FrictionCompensation, make_compensation
 from .inverse_dynamics import LIMITS, InverseDynamics
 
 DEFAULT_GAINS = MotionGains(stiffness=[900.0, 900.0, 900.0, 1600.0, 1600.0, 1600.0])
@@ -70,10 +70,7 @@ class OperationalSpaceController:
         posture = posture if isinstance(posture, PostureTask) else PostureTask(posture)
         self._task = FrameMotionTask(gains, weight, mask, posture_weight=posture.weight)
         self._dynamics = InverseDynamics(arm, self._task, posture, limits, solver, rate)
-        if isinstance(friction, bool):
-            self._friction = FrictionCompensation(arm) if friction else None
-        else:
-            self._friction = friction
+        self._friction = make_compensation(arm, friction)
         self._compiled = CompiledMotion(self._dynamics, self._task, self._friction) if compiled else None
 
     def __repr__(self) -> str:

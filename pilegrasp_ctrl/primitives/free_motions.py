@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -59,7 +58,7 @@ class ActiveMove(ActivePath):
         """End after the line and the rest time; fail if the tool is not at the end of the line."""
         if self.elapsed(inputs) < self.path.duration + SETTLE_TIME:
             return None
-        error = math.dist(inputs.pose.translation, self.path.end.translation)
+        error = self.distance_to_end(inputs)
         if error > TOLERANCE:
             return Ending(f"the line ended {1000 * error:.0f} mm away from its end", failed=True)
         return Ending("end of the line")
@@ -157,7 +156,7 @@ class ActiveCarry(ActivePath):
         """End after the path and the rest time; fail if the tool is not at its goal."""
         if self.elapsed(inputs) < self.path.duration + CARRY_REST_TIME:
             return None
-        error = math.dist(inputs.pose.translation, self.path.end.translation)
+        error = self.distance_to_end(inputs)
         if error > TOLERANCE:
             return Ending(f"ended {1000 * error:.0f} mm away from its goal", failed=True)
         return Ending("arrived")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from math import dist, sqrt
 from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -110,6 +110,10 @@ class ActivePath:
     def elapsed(self, inputs: PrimitiveInput) -> float:
         """Return the time since the start [s]."""
         return inputs.time - self.start.time
+
+    def distance_to_end(self, inputs: PrimitiveInput) -> float:
+        """Return the distance of the tool from the end of the path [m]."""
+        return dist(inputs.pose.translation, self.path.end.translation)
 
     def force_change(self, inputs: PrimitiveInput) -> Array:
         """Return the change (3,) of the force on the hand since the start [N]."""
