@@ -111,7 +111,7 @@ class Lane:
         curves: Curves from front to back.
         height: Height on the page [px].
         threshold: Text and value of a line across the lane.
-        least: Smallest upper end of the lane.
+        min_top: Smallest upper end of the lane.
         fixed: Lowest and highest value, if they do not follow from the curves.
     """
 
@@ -120,19 +120,19 @@ class Lane:
     curves: Sequence[Curve]
     height: int
     threshold: tuple[str, float] | None = None
-    least: float = 0.0
+    min_top: float = 0.0
     fixed: tuple[float, float] | None = None
 
     def axes(self, start: float, end: float) -> Axes:
         """Return axes over all curves, zero and the threshold included."""
         if self.fixed:
-            return Axes(start, end, *self._roomy(*self.fixed))
-        lines = [0.0, self.least, *([self.threshold[1]] if self.threshold else [])]
+            return Axes(start, end, *self._with_margins(*self.fixed))
+        lines = [0.0, self.min_top, *([self.threshold[1]] if self.threshold else [])]
         values = lines + [float(x) for curve in self.curves for x in (curve.value.min(), curve.value.max())]
         low, high = min(values), max(values)
-        return Axes(start, end, *self._roomy(low, high if high > low else low + 1.0))
+        return Axes(start, end, *self._with_margins(low, high if high > low else low + 1.0))
 
-    def _roomy(self, low: float, high: float) -> tuple[float, float]:
+    def _with_margins(self, low: float, high: float) -> tuple[float, float]:
         """Return bounds with four pixels below and eight above, so that the numbers of two lanes keep apart."""
         pixel = (high - low) / (self.height - 12)
         return low - 4.0 * pixel, high + 8.0 * pixel

@@ -39,7 +39,7 @@ PORTS = (*range(7000, 7020), 0)
 """Ports that are tried, in this order; 0 means any free port. Meshcat's default port comes first, so that an existing
 tunnel still works."""
 
-PATIENCE = 20.0
+FIRST_PAGE_TIMEOUT = 20.0
 """Time that the attempt waits for a first open page [s]; chosen."""
 
 BOX_MARGIN = np.array([0.1, 0.1, 0.05])
@@ -52,7 +52,7 @@ class LiveView:
     """The server of one attempt for any number of browsers on this machine; a context manager.
 
     `episode.run(on_frame=view.show)` shows the attempt. The view slows the simulation down to real time and changes
-    nothing else. It starts when the first page is open, or `patience` [s] after the view was made.
+    nothing else. It starts when the first page is open, or `timeout` [s] after the view was made.
 
     Attributes:
         url: Address of the page.
@@ -61,8 +61,8 @@ class LiveView:
         ExportError: No port is free, or meshcat's viewer is missing.
     """
 
-    def __init__(self, title: str, patience: float = PATIENCE) -> None:
-        self._deadline = time.monotonic() + patience
+    def __init__(self, title: str, timeout: float = FIRST_PAGE_TIMEOUT) -> None:
+        self._deadline = time.monotonic() + timeout
         self._ahead: float | None = None
         self._paths: list[str] = []
         self._audience = Audience()

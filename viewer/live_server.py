@@ -18,7 +18,7 @@ POLICY = (
 )
 """Content security policy of the page: its own scripts, and a connection to this server only."""
 
-FAREWELL = 2.0
+CLOSE_TIMEOUT = 2.0
 """Longest time to wait until a page has received its last messages [s]; chosen."""
 
 
@@ -69,7 +69,7 @@ class Audience:
         """Close every page's connection after its last message."""
         waiting = [future for future in self._pending.values() if future is not None]
         if waiting:
-            await asyncio.wait(waiting, timeout=FAREWELL)
+            await asyncio.wait(waiting, timeout=CLOSE_TIMEOUT)
         for page in list(self._pending):
             page.close()
         self._pending.clear()

@@ -39,7 +39,7 @@ HOLD = 1.5
 MAX_FRAMES = 3000
 """Largest number of frames in a movie; chosen."""
 
-SLOWEST, FASTEST = 0.01, 100.0
+MIN_SPEED, MAX_SPEED = 0.01, 100.0
 """Range of a movie's speed, in times real time; chosen."""
 
 PALETTE_FRAMES = 6
@@ -59,8 +59,8 @@ def frame_times(recording: Recording, fps: float, speed: float) -> tuple[float, 
     Raises:
         ExportError: The speed is out of range, or the movie would be longer than `MAX_FRAMES`.
     """
-    if not SLOWEST <= speed <= FASTEST:
-        raise ExportError(f"a speed of {speed:g} is out of range; give {SLOWEST:g} to {FASTEST:g}, 1 is real time")
+    if not MIN_SPEED <= speed <= MAX_SPEED:
+        raise ExportError(f"a speed of {speed:g} is out of range; give {MIN_SPEED:g} to {MAX_SPEED:g}, 1 is real time")
     first, last = float(recording.frame_time[0]), float(recording.frame_time[-1])
     step = speed / fps
     count = int((last - first) / step + 1e-6) + 1

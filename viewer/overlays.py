@@ -31,26 +31,26 @@ SHAFT_RADIUS = 0.006
 HEAD_LENGTH = 0.04
 """Length of an arrow's head [m]; chosen. A short arrow has a shorter head."""
 
-LONGEST_ARROW = 0.6
+MAX_ARROW_LENGTH = 0.6
 """Length at which an arrow is cut [m]; chosen."""
 
-SHORTEST_ARROW = 1e-4
+MIN_ARROW_LENGTH = 1e-4
 """Length of an arrow without force [m]; chosen, because a scale of zero has no inverse."""
 
-LEAST_FORCE = 0.2
+MIN_FORCE = 0.2
 """Force below which an arrow keeps its direction [N], because noise would turn it; chosen."""
 
 CONTACT_METERS, CONTACT_NEWTONS = 1e-4, 1e-2
 """Units of the whole numbers in a block of contacts [m, N]; 16 bits hold 3.2 m and 327 N."""
 
-LARGEST_INT16 = 32767
+MAX_INT16 = 32767
 """Largest 16-bit number, 2^15 - 1."""
 
 
 def direction_quaternions(vectors: NDArray[np.float64]) -> NDArray[np.float32]:
     """Return wxyz quaternions (F, 4) that turn +z into forces (F, 3) [N]; a small force keeps the last direction."""
     length = np.linalg.norm(vectors, axis=1)
-    direction = np.where(length[:, None] > LEAST_FORCE, vectors / np.maximum(length, 1e-9)[:, None], np.nan)
+    direction = np.where(length[:, None] > MIN_FORCE, vectors / np.maximum(length, 1e-9)[:, None], np.nan)
     last = np.array([0.0, 0.0, 1.0])
     for row in direction:
         if np.isnan(row[0]):
@@ -90,8 +90,8 @@ Drawing = tuple[list[dict[str, Any]], dict[str, list[Track]]]
 def _arrow(
     root: str, times: NDArray[np.float32], origin: NDArray[np.float64], vectors: NDArray[np.float64], color: int
 ) -> Drawing:
-    """Return an arrow along the vectors (F, 3) [m] from the origins (F, 3) [m], cut at `LONGEST_ARROW`."""
-    length = np.clip(np.linalg.norm(vectors, axis=1), SHORTEST_ARROW, LONGEST_ARROW)
+    """Return an arrow along the vectors (F, 3) [m] from the origins (F, 3) [m], cut at `MAX_ARROW_LENGTH`."""
+    length = np.clip(np.linalg.norm(vectors, axis=1), MIN_ARROW_LENGTH, MAX_ARROW_LENGTH)
     head = np.minimum(HEAD_LENGTH, length / 2)
     width = np.minimum(SHAFT_RADIUS, length / 6)
     shaft = np.stack([width, width, length - head], axis=1).astype(np.float32)
@@ -190,14 +190,14 @@ def contact_block(recording: Recording) -> bytes:
     contacts = recording.contacts
     if contacts is None:
         return b""
-    near = (np.abs(contacts.position) < CONTACT_METERS * LARGEST_INT16).all(axis=1)
+    near = (np.abs(contacts.position) < CONTACT_METERS * MAX_INT16).all(axis=1)
     frame = np.repeat(np.arange(contacts.frames), np.diff(contacts.start))
     count = np.bincount(frame[near], minlength=contacts.frames).clip(0, 65535)
     movable = np.array([body.role == "object" for body in recording.bodies])
     arm_or_hand = np.array([body.role in ("arm", "hand", "sensor") for body in recording.bodies])
     first, second = contacts.bodies[near].T
     code = np.where(arm_or_hand[first], 0, np.where(movable[first] & movable[second], 2, 1))
-    force = np.clip(contacts.force[near].astype(np.float64) / CONTACT_NEWTONS, -LARGEST_INT16, LARGEST_INT16)
+    force = np.clip(contacts.force[near].astype(np.float64) / CONTACT_NEWTONS, -MAX_INT16, MAX_INT16)
     return b"".join(
         (
             struct.pack("<I", contacts.frames),

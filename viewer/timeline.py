@@ -12,10 +12,10 @@ from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.viewer.lane import Axes, Curve, Lane, nice_ticks, scalar_signal
 from pilegrasp_ctrl.viewer.summary import Event, PrimitiveRow, Summary, events
 
-LEAST_FORCE_SPAN = 2.0
+MIN_FORCE_SPAN = 2.0
 """Least upper end of the lane of forces [N], so that the sensor's noise looks small; chosen."""
 
-LEAST_ERROR_SPAN = 1.0
+MIN_ERROR_SPAN = 1.0
 """Least upper end of the lanes of tracking error [mm] and orientation error [°]; chosen."""
 
 
@@ -35,8 +35,8 @@ def lanes(recording: Recording, grasp_force: float | None) -> list[Lane]:
     threshold = (f"F_grasp {grasp_force:g} N", grasp_force) if grasp_force is not None else None
     everything = [
         # The lane of forces is always drawn, because the bands need a lane.
-        Lane("force", "N", force, 108, threshold, least=LEAST_FORCE_SPAN),
-        Lane("tracking error", "mm", curves(("tracking_error", "tracking error", 1e3)), 44, least=LEAST_ERROR_SPAN),
+        Lane("force", "N", force, 108, threshold, min_top=MIN_FORCE_SPAN),
+        Lane("tracking error", "mm", curves(("tracking_error", "tracking error", 1e3)), 44, min_top=MIN_ERROR_SPAN),
         Lane("joint torques, of their limits", "%", _joints(recording), 56, fixed=(0.0, 100.0)),
         Lane("closure", "%", curves(("closure", "closure", 100.0)), 36, fixed=(0.0, 100.0)),
         Lane(
@@ -44,7 +44,7 @@ def lanes(recording: Recording, grasp_force: float | None) -> list[Lane]:
             "°",
             curves(("orientation_error", "orientation error", 180.0 / np.pi)),
             44,
-            least=LEAST_ERROR_SPAN,
+            min_top=MIN_ERROR_SPAN,
         ),
     ]
     return [lane for index, lane in enumerate(everything) if lane.curves or index == 0]

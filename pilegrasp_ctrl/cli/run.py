@@ -94,11 +94,11 @@ def run_scenario(
 @contextmanager
 def _live_view(title: str) -> Iterator[LiveView]:
     """Serve the page of the running attempt, and print its address."""
-    from ..viewer.live import PATIENCE, LiveView
+    from ..viewer.live import FIRST_PAGE_TIMEOUT, LiveView
 
     with LiveView(title) as view:
         print(
-            f"watch at {view.url} (the attempt begins when the page is open, or after {PATIENCE:.0f} s)",
+            f"watch at {view.url} (the attempt begins when the page is open, or after {FIRST_PAGE_TIMEOUT:.0f} s)",
             file=sys.stderr,
             flush=True,
         )

@@ -20,7 +20,7 @@ from .choice import choose, pareto_front
 from .gain_space import Gains, gains_table
 from .objectives import Measured
 from .search import Progress, Search
-from .stability_margin import LARGEST_STEP, Margin, find_margin, make_controller, stiffness_probe
+from .stability_margin import MAX_STEP, Margin, find_margin, make_controller, stiffness_probe
 from .store import TrialRecord, TuningStore
 from .trial import TrialWork, resting_arm, run_trials, trial_pool
 
@@ -129,7 +129,7 @@ def _contender(search: Search, store: TuningStore, record: TrialRecord) -> Conte
     responses: list[StepResponse | None] = []
     for axis in range(6):
         step = np.zeros(6)
-        step[axis] = LARGEST_STEP[axis // 3]
+        step[axis] = MAX_STEP[axis // 3]
         try:
             controller = make_controller(arm, gains, q, rate, solver)
             responses.append(step_response(arm, controller, q, displacement=step[:3], rotation=step[3:], rate=rate))

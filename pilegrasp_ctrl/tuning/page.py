@@ -13,7 +13,7 @@ import numpy as np
 from .analysis import AXIS_NAMES, SWEEP, Contender, Explanation
 from .figures import count_limited_responses, history, margin_panel, step_panel, sweep_panel, trade_off
 from .objectives import LEVER, MEASURE_NAMES, UNITS, Measured, objective_names
-from .stability_margin import LARGEST_STEP, OVERSHOOT, SWING, Margin
+from .stability_margin import MAX_STEP, OVERSHOOT, SWING, Margin
 from .store import TrialRecord
 from .trial import REQUIRED_MARGIN
 
@@ -152,7 +152,7 @@ def _periods(late: int) -> str:
 
 def _step_note(explanation: Explanation) -> str:
     text = (
-        f"The reference jumps by {1e3 * LARGEST_STEP[0]:g} mm or {1e3 * LARGEST_STEP[1]:g} mrad, one axis at a time. "
+        f"The reference jumps by {1e3 * MAX_STEP[0]:g} mm or {1e3 * MAX_STEP[1]:g} mrad, one axis at a time. "
         "A response should arrive at 1; joint friction holds an arm whose response stops short of it."
     )
     for name, part in (("start", explanation.start), ("best", explanation.best)):

@@ -25,12 +25,12 @@ SWING = 0.02
 OVERSHOOT = 0.25
 """Overshoot that counts as ringing, as a share of the step (chosen): a damping ratio below 0.4 if all axes have one
 frequency."""
-LARGEST_STEP = (0.005, 0.05)
+MAX_STEP = (0.005, 0.05)
 """Largest step along each axis [m, rad] (chosen). All axes step at once, so that every mode is excited. The step is
 smaller if the gains would answer with more than the following values, so that no limit changes the response."""
-LARGEST_ACCELERATION = (5.0, 25.0)
+MAX_ACCELERATION = (5.0, 25.0)
 """Largest acceleration that answers a step with motion gains [m/s², rad/s²] (chosen)."""
-LARGEST_FORCE = (10.0, 0.5)
+MAX_FORCE = (10.0, 0.5)
 """Largest force that answers a step with an impedance [N, N·m] (chosen)."""
 DURATION = 1.0
 """Duration of a response [s] (chosen)."""
@@ -189,9 +189,9 @@ def stiffness_probe(
 
 
 def _step(gains: MotionGains | Impedance) -> Array:
-    most = LARGEST_ACCELERATION if isinstance(gains, MotionGains) else LARGEST_FORCE
+    most = MAX_ACCELERATION if isinstance(gains, MotionGains) else MAX_FORCE
     stiffness = np.maximum(gains.stiffness, 1e-9)
-    return np.minimum(np.repeat(LARGEST_STEP, 3), np.repeat(most, 3) / stiffness)
+    return np.minimum(np.repeat(MAX_STEP, 3), np.repeat(most, 3) / stiffness)
 
 
 class LateController:

@@ -17,7 +17,7 @@ from pilegrasp_ctrl.scenarios.paper.figures_mechanism import (
 )
 from pilegrasp_ctrl.scenarios.paper.figures_objects import with_other_controller
 from pilegrasp_ctrl.scenarios.paper.judgement import (
-    ENOUGH,
+    MIN_ATTEMPTS,
     Claim,
     Finding,
     Judgement,
@@ -26,7 +26,7 @@ from pilegrasp_ctrl.scenarios.paper.judgement import (
     judge,
     undecided_reason,
 )
-from pilegrasp_ctrl.scenarios.paper.motion_verdict import LEAST_KNOWN, motion_verdict
+from pilegrasp_ctrl.scenarios.paper.motion_verdict import MIN_KNOWN_SHARE, motion_verdict
 from pilegrasp_ctrl.statistics import wilson
 
 SEVERAL = (0.05, 0.30)
@@ -48,7 +48,7 @@ def _judge_several(evidence: Evidence) -> Finding:
         numbers[word] = {"multiple": sample.multiple, "successes": sample.successes, "share": share}
         texts.append(f"{100 * share:.1f} % of {sample.successes} successes ({100 * low:.0f} to {format_percent(high)})")
     least, most = SEVERAL
-    enough = hand.successes >= ENOUGH
+    enough = hand.successes >= MIN_ATTEMPTS
     text = f"hand: more than one object in {texts[0]}, {100 * least:.0f} to {format_percent(most)} asked"
     verdict: Verdict = ("holds" if least <= numbers["hand"]["share"] <= most else "fails") if enough else "not decided"
     part = Judgement(text if enough else f"{text}; too few successes", verdict)
@@ -91,12 +91,12 @@ def _judge_separation(word: str, agreed: list[bool]) -> tuple[Judgement, dict[st
     share = sum(agreed) / len(agreed) if agreed else 0.0
     text = (
         f"{word}: the object that is held later is known before the trigger in {sum(agreed)} of {len(agreed)} "
-        f"successes ({100 * low:.0f} to {format_percent(high)}), {format_percent(LEAST_KNOWN)} asked"
+        f"successes ({100 * low:.0f} to {format_percent(high)}), {format_percent(MIN_KNOWN_SHARE)} asked"
     )
     numbers = {"n": len(agreed), "agreed": sum(agreed), "rate": share, "ci_low": low, "ci_high": high}
-    if len(agreed) < ENOUGH:
+    if len(agreed) < MIN_ATTEMPTS:
         return Judgement(f"{text}; too few", "not decided"), numbers
-    return Judgement(text, "holds" if share >= LEAST_KNOWN else "fails"), numbers
+    return Judgement(text, "holds" if share >= MIN_KNOWN_SHARE else "fails"), numbers
 
 
 def _p_text(answer: Mapping[str, Any]) -> str:
@@ -159,7 +159,7 @@ def _judge_events(evidence: Evidence) -> Finding:
     successes = [row.result for row in grasps.rows if row.success and row.result is not None]
     ordered = sum(shows_events(result) for result in successes)
     text = f"{ordered} of {len(successes)} successful attempts show touch-down, F_grasp and closing in order, all asked"
-    if len(successes) < ENOUGH:
+    if len(successes) < MIN_ATTEMPTS:
         return Finding((Judgement(f"{text}; too few successes", "not decided"),), {"all": grasps})
     return Finding((Judgement(text, "holds" if ordered == len(successes) else "fails"),), {"all": grasps})
 

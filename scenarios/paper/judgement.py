@@ -15,9 +15,9 @@ Verdict = Literal["holds", "fails", "not decided"]
 
 LEVEL = 0.05
 """Level of the one-sided test that compares two rates; chosen as usual."""
-ENOUGH = 10
+MIN_ATTEMPTS = 10
 """Smallest number of attempts that decides a statement; chosen."""
-MOST_ERRORS = 0.1
+MAX_ERROR_SHARE = 0.1
 """Largest share of attempts with an error in a sample that decides a statement; chosen."""
 
 
@@ -87,18 +87,18 @@ def combine_verdicts(parts: Iterable[Judgement]) -> Verdict:
     return "holds" if verdicts and all(verdict == "holds" for verdict in verdicts) else "not decided"
 
 
-def judge(statement: str, holds: bool, *samples: Sample, enough: int = ENOUGH) -> Judgement:
+def judge(statement: str, holds: bool, *samples: Sample, enough: int = MIN_ATTEMPTS) -> Judgement:
     """Judge a statement by whether it holds, if its samples are large enough."""
     reason = undecided_reason(*samples, enough=enough)
     return Judgement(statement + reason, "not decided" if reason else "holds" if holds else "fails")
 
 
-def undecided_reason(*samples: Sample, enough: int = ENOUGH) -> str:
+def undecided_reason(*samples: Sample, enough: int = MIN_ATTEMPTS) -> str:
     """Return the reason why the samples decide nothing, to append to a statement; "" if they decide."""
     fewest = min((sample.n for sample in samples), default=0)
     if fewest < enough:
         return f"; {fewest or 'no'} attempts are too few" if fewest != 1 else "; 1 attempt is too few"
-    if any(sample.errors > MOST_ERRORS * sample.n for sample in samples):
+    if any(sample.errors > MAX_ERROR_SHARE * sample.n for sample in samples):
         worst = max(samples, key=lambda sample: sample.errors / sample.n)
         return f"; {worst.errors} of {worst.n} attempts raised an error"
     return ""

@@ -11,7 +11,7 @@ from pilegrasp_ctrl.statistics import wilson
 Measures = Sequence[Mapping[str, Any]]
 """Results of `analysis.motion.measure`, one for each attempt at a condition."""
 
-LEAST_KNOWN = 0.9
+MIN_KNOWN_SHARE = 0.9
 """Smallest share of the successful attempts in which the held object must be known before the grasp; chosen."""
 
 
@@ -68,7 +68,7 @@ def _share(agreed: list[bool]) -> dict[str, Any]:
     ci_low, ci_high = wilson(sum(agreed), len(agreed))
     rate = sum(agreed) / len(agreed)
     return {
-        "verdict": "holds" if rate >= LEAST_KNOWN else "fails",
+        "verdict": "holds" if rate >= MIN_KNOWN_SHARE else "fails",
         "n": len(agreed),
         "agreed": sum(agreed),
         "rate": rate,

@@ -80,7 +80,7 @@ def test_a_recording_without_a_push_is_refused_with_the_reason():
 
 def test_a_weak_hand_loses_the_ball_that_the_shipped_hand_holds():
     weak = Hand.load("rbo_hand2", HandModelConfig(closing_moment=0.2))
-    assert holding.slip(weak, 0.5) > holding.LOST
+    assert holding.slip(weak, 0.5) > holding.LOSS_DISTANCE
     shipped = Hand.load("rbo_hand2")
     pulls = [holding.pull_out_force(hand, "along the fingers") for hand in (weak, shipped)]
     assert pulls[0] < 0.5 * pulls[1]

@@ -38,7 +38,7 @@ def attempt():
 
 @pytest.fixture
 def view():
-    with LiveView("a title", patience=0.0) as served:
+    with LiveView("a title", timeout=0.0) as served:
         yield served
 
 
@@ -114,7 +114,7 @@ def test_a_port_that_is_taken_is_passed_over(monkeypatch):
         taken.listen()
         number = taken.getsockname()[1]
         monkeypatch.setattr(live, "PORTS", (number, 0))
-        with LiveView("x", patience=0.0) as view:
+        with LiveView("x", timeout=0.0) as view:
             assert port(view) != number
         monkeypatch.setattr(live, "PORTS", (number,))
         with pytest.raises(ExportError, match="no port on"):
@@ -154,7 +154,7 @@ def test_it_runs_in_real_time_and_does_not_catch_up(view, attempt, monkeypatch):
 
 
 def test_the_attempt_waits_for_its_first_page(attempt):
-    with LiveView("x", patience=60.0) as view:
+    with LiveView("x", timeout=60.0) as view:
         messages = asyncio.run(_open_then_show(view, attempt))
     # A page that is busy with the scene may be spared a frame, but never the last.
     assert messages[-2]["now"] == "0.00 s · push"
@@ -162,7 +162,7 @@ def test_the_attempt_waits_for_its_first_page(attempt):
 
 async def _open_then_show(view, attempt):
     connection = await websocket_connect(view.url.replace("http", "ws") + "frames")
-    # Returns long before the patience ends, as somebody watches.
+    # Returns long before the timeout, because a page is open.
     await asyncio.wait_for(asyncio.to_thread(show, view, attempt, 0), 30)
     view.finish("Success")
     messages = []
@@ -182,7 +182,7 @@ def test_the_page_shows_the_attempt(attempt):
         if os.environ.get("CI") == "true":
             pytest.fail(reason)
         pytest.skip(reason)
-    with Browser(executable) as browser, LiveView(HOSTILE, patience=60.0) as view:
+    with Browser(executable) as browser, LiveView(HOSTILE, timeout=60.0) as view:
         browser.visit(view.url)
         show(view, attempt, 0, 0.0)
         show(view, attempt, 29, 0.01)
@@ -253,7 +253,7 @@ def test_the_server_ends_with_the_attempt(error):
 
     def watch():
         nonlocal number, thread
-        with LiveView("x", patience=0.0) as view:
+        with LiveView("x", timeout=0.0) as view:
             number, thread = port(view), view._thread
             assert answers("127.0.0.1", number)
             if error:

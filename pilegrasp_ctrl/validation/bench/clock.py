@@ -20,7 +20,7 @@ WARM_UP = 20
 LEAD_IN = 5
 """Calls at the start of each block that do not count [-], because the caches hold another piece of work; chosen."""
 
-FEWEST_CALLS = 5
+MIN_CALLS = 5
 """Smallest number of calls in a block of a slow piece of work [-]; chosen."""
 
 STATEMENTS = {
@@ -120,7 +120,7 @@ def time_in_turns(
 def _calls(work: Work, block_time: float) -> int:
     """Return how many calls fill a block, and warm the work up."""
     once = float(np.median(_block(work.call, range(WARM_UP))))
-    return max(FEWEST_CALLS, int(block_time / once))
+    return max(MIN_CALLS, int(block_time / once))
 
 
 def _block(call: Callable[[int], object], indices: range) -> Array:

@@ -115,7 +115,7 @@ def _holding(hand: Hand) -> Iterator[PhysicsCheck]:
         pull = holding.pull_out_force(hand, direction)
         yield _check(f"pull-out of a 54 mm ball, {direction}", pull, "N", HEAVY_BALL, 0.0, ">=", OTHER_HANDS)
     slip = 1e3 * holding.slip(hand, PAYLOAD)
-    yield _check(f"slip of a {PAYLOAD:g} kg ball in lift and hold", slip, "mm", 1e3 * holding.LOST, 0.0, "<=")
+    yield _check(f"slip of a {PAYLOAD:g} kg ball in lift and hold", slip, "mm", 1e3 * holding.LOSS_DISTANCE, 0.0, "<=")
     carried = "about 0.5 kg (Deimel and Brock, RSS 2014, as remembered)"
     yield _check("payload, lift and hold", holding.payload(hand), "kg", PAYLOAD, 0.0, ">=", carried)
 

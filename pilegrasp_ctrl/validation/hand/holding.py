@@ -21,7 +21,7 @@ HOLDER_STIFFNESS = 200.0
 SETTLING = 0.5
 """Time from the release of the ball to the measurement [s]; chosen."""
 
-LOST = 0.06
+LOSS_DISTANCE = 0.06
 """Displacement of the ball in the closed hand beyond which it is lost [m]; chosen above its diameter."""
 
 PULL_RATE = 5.0
@@ -60,7 +60,7 @@ def pull_out_force(hand: Hand, direction: str) -> float:
     bench, data = _closed_on_ball(hand, object_model("light_sphere").mass)
     pull = bench.transform_tool_to_world.rotation @ PULLS[direction]
     before, force = bench.ball_in_tool(data), 0.0
-    while force < MAX_PULL and np.linalg.norm(bench.ball_in_tool(data) - before) < LOST:
+    while force < MAX_PULL and np.linalg.norm(bench.ball_in_tool(data) - before) < LOSS_DISTANCE:
         force += PULL_RATE * bench.model.opt.timestep
         data.xfrc_applied[bench.model.body("object_0").id, :3] = force * pull
         bench.advance(data, bench.model.opt.timestep)
@@ -88,7 +88,7 @@ def payload(hand: Hand) -> float:
     low, high = 0.0, MAX_MASS
     while high - low > RESOLUTION:
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if slip(hand, middle) < LOST else (low, middle)
+        low, high = (middle, high) if slip(hand, middle) < LOSS_DISTANCE else (low, middle)
     return low
 
 

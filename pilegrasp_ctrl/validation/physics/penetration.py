@@ -22,13 +22,13 @@ from ...sim.pile import settle_pile
 from .contact_rig import SHIPPED_STEP, ContactRig
 from .physics_check import PhysicsCheck
 
-FASTEST = 0.7
+MAX_SPEED = 0.7
 """Fastest push that a scenario allows [m/s]."""
 
 REST_TIME = 1.0
 """Time for which a pile at rest is watched [s]; chosen."""
 
-OVERLAP, CREEP = 1.0, 1.0
+MAX_OVERLAP, MAX_CREEP = 1.0, 1.0
 """Overlap [mm] and speed [mm/s] allowed in a pile at rest; chosen."""
 
 PILES = (
@@ -61,7 +61,7 @@ def passed_through(hand: str, count: int) -> int:
     A failure is an object behind the wall or below the table at the end, or a stop by the watchdog, which looks for
     contacts deeper than `MAX_PENETRATION` every 10 ms.
     """
-    keys = {"hand": hand, "strategy.speed": FASTEST, "pile.count": count}
+    keys = {"hand": hand, "strategy.speed": MAX_SPEED, "pile.count": count}
     attempt = prepare(load_scenario("spheres_wall" if count else "push_wall", keys), 0)
     stopped = False
     try:
@@ -97,7 +97,7 @@ def penetration_checks() -> Iterator[PhysicsCheck]:
     for name in ("light_sphere", "heavy_sphere", "cube"):
         rig = ContactRig.build(OBJECT_MODELS[name], Hand.load("shovel"))
         for where in ("wall", "shovel back"):
-            depth = 1e3 * impact_depth(rig, where, FASTEST)
+            depth = 1e3 * impact_depth(rig, where, MAX_SPEED)
             words = f"depth: {name.replace('_', ' ')} into {where} at 0.7 m/s"
             yield PhysicsCheck(words, 0.0, depth, limit, "mm", "<=")
     for hand in ("rbo_hand2", "shovel"):
@@ -107,5 +107,5 @@ def penetration_checks() -> Iterator[PhysicsCheck]:
     for name, count in PILES:
         depth, creep = rest(name, count)
         words = f"{count} {name.replace('_', ' ')}s"
-        yield PhysicsCheck(f"rest: overlap in {words}", 0.0, 1e3 * depth, OVERLAP, "mm", "<=")
-        yield PhysicsCheck(f"rest: creep in {words}", 0.0, 1e3 * creep, CREEP, "mm/s", "<=")
+        yield PhysicsCheck(f"rest: overlap in {words}", 0.0, 1e3 * depth, MAX_OVERLAP, "mm", "<=")
+        yield PhysicsCheck(f"rest: creep in {words}", 0.0, 1e3 * creep, MAX_CREEP, "mm/s", "<=")

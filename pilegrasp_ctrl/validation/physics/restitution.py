@@ -35,7 +35,7 @@ SHOVEL = ("shovel floor", "shovel back")
 SWEPT = (("table", "shovel"), ("wall", "shovel"), ("shovel floor", "shovel"), ("palm", "rbo_hand2"))
 """Spot and hand of every sweep over restitutions."""
 
-LONGEST_CONTACT = 0.1
+MAX_CONTACT_TIME = 0.1
 """Time after which an object that has not left the surface counts as at rest [s]; chosen."""
 
 BOUNCING = ("light_sphere", "heavy_sphere", "cylinder", "cube", "apple", "lime")
@@ -73,7 +73,7 @@ def rebound(rig: ContactRig, spot: Spot, height: float, axis: int = 2) -> float:
     while (gap := position.dot(spot.normal) - surface) > 0.0:
         impact_speed = math.sqrt(velocity.dot(spot.normal) ** 2 + 2.0 * GRAVITY * gap)
         mujoco.mj_step(rig.model, data)
-    deadline = data.time + LONGEST_CONTACT
+    deadline = data.time + MAX_CONTACT_TIME
     while (gap := position.dot(spot.normal) - surface) < 0.0:
         if data.time > deadline:
             return 0.0
