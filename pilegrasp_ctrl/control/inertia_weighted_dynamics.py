@@ -46,13 +46,13 @@ class InertiaWeightedDynamics(InverseDynamics):
     a* minimises the cost of `InverseDynamics` with the posture's part measured by the inertia. As w goes to zero, its
     torque is Khatib's dynamically consistent `Jᵀ F + M a_posture + h` (IEEE J-RA 3(1), 1987). A spring then acts as
     `Jᵀ` force: a push at the tool and the springs' answer cancel in every joint, not only at the tool. Equal weights
-    for all joints would answer a push that turns a light wrist with the heavy joints of the shoulder. Beside the
-    mobility Lambda⁻¹, w counts as the mobility of 1 / w = 10 t. It changes a force by less than a thousandth, and it
-    keeps the acceleration finite at a singular posture.
+    for all joints would answer a push that turns a light wrist with the heavy joints of the shoulder. Added to
+    the mobility Lambda⁻¹, w is the mobility of a mass of 1 / w = 10 t. It changes a force by less than a thousandth,
+    and it keeps the acceleration finite at a singular posture.
 
     If no limit binds, a* is the answer. If one does, the metric M alone would be Gauss's principle of least constraint:
-    the arm accelerates as if the limit belonged to its mechanics, and the tool yields. The part with c = 100
-    first uses the freedom that the tool leaves, but does not accelerate heavy joints hard for a light one.
+    the arm accelerates as if the limit belonged to its mechanics, and the tool yields. With c = 100 the
+    solution first uses the freedom that the tool leaves, but does not accelerate heavy joints hard for a light one.
 
     Bounds on the accelerations are meant for those that actually follow. If a hand presses on something, the wanted
     accelerations do not follow. A bound that binds is therefore relaxed by the acceleration that the environment took

@@ -31,9 +31,9 @@ class OsqpSolver:
     """Keeps one workspace for each size of program, and completes the method's answer.
 
     The method is that of Stellato et al., "OSQP: an operator splitting solver for quadratic programs", Mathematical
-    Programming Computation 12, 2020. It gets the program as a least distance: the cost is a sphere and every row
-    has unit length. The distance is scaled to about 1. It need not converge, and with softened bounds it often
-    does not. Its multipliers are the guess of the active bounds from which `LeastDistanceProgram.nearest` finds the
+    Programming Computation 12, 2020. It gets the program as a least distance: the cost is a sphere and every row has
+    unit length. The distance is scaled to about 1. The method need not converge, and with softened bounds it often does
+    not. Its multipliers are the guess of the active bounds from which `LeastDistanceProgram.nearest` finds the
     exact optimum.
 
     Attributes:

@@ -147,10 +147,10 @@ class FrameMotionTask(FrameTask):
         return self._singular.reduce(state, wanted)
 
     def thresholds(self) -> tuple[float, float, float]:
-        """Return the bounds within which the law deviates in neither case.
+        """Return the bounds within which the law does not deviate.
 
-        The first is the length of `rates e`. The second is the squared length of the wanted acceleration less Jdot v.
-        The third is the squared least singular value of J above which that acceleration may be longer.
+        The first is the length of `rates e`. The second is the squared length of the wanted acceleration minus Jdot v.
+        The third is the squared smallest singular value of J above which that acceleration may be longer.
         """
         return self._slowest, self._singular.free**2, self._singular.threshold**2
 

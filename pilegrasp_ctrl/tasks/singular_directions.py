@@ -20,21 +20,22 @@ class SingularDirections:
 
     With J = Σ sigma_i u_i v_iᵀ, an acceleration y_i along u_i costs the joints y_i / sigma_i. A constant damping w, the
     posture's weight, bounds that to y_i / (2 sqrt(w)): fifty times y_i with w = 1e-4. Worse, a target that stays out of
-    reach pulls a bent elbow straight from both sides, as a spring of frequency sqrt(sigma' y / w). Here sigma' = d
-    sigma / d q, and the frequency is beyond any control rate. Here the damping grows with the wanted acceleration, and
-    only in directions below `threshold`:
+    reach pulls a bent elbow straight from both sides, as a spring of frequency sqrt(sigma' y / w), beyond any
+    control rate; sigma' is the derivative of sigma by q. In this class the damping grows with the wanted acceleration,
+    and only in directions below `threshold`:
 
         lambda_i² = (1 - sigma_i² / threshold²)² max(|y_i| - free, 0) / rate²
         y_i  ->  (1 - s_i) y_i - s_i damping xdot_i,    s_i = lambda_i² / (sigma_i² + w + lambda_i²)
 
-    so that along v_i the joints accelerate by little more than rate² sigma_i. Because sigma_i is proportional to the
-    distance from the singular posture, that is a spring whose frequency stays below `rate` sqrt(sigma') whatever the
-    error, and `damping` is its damper. Other directions, and accelerations below `free`, stay exactly as they are. The
-    remaining y_i must outweigh w; otherwise an arm would never leave a singular posture.
+    Along v_i the joints then accelerate by little more than rate² sigma_i, and sigma_i is proportional to the distance
+    from the singular posture. The result is a spring whose frequency stays below `rate` sqrt(sigma') for any error;
+    `damping` is its damper. Other directions, and accelerations below `free`, stay exactly as they are. The remaining
+    y_i must outweigh w; otherwise an arm would never leave a singular posture.
 
     Damping by the singular value: Y. Nakamura, H. Hanafusa, J. Dynamic Systems, Measurement, and Control 108, 1986; in
     the endangered directions alone: S. Chiaverini, B. Siciliano, O. Egeland, IEEE Trans. Control Systems Technology
-    2(2), 1994. The growth with the wanted acceleration was added here.
+    2(2), 1994. The growth with the wanted acceleration is an addition
+    of this project.
 
     Attributes:
         threshold: Singular value of J below which a direction is endangered [m/rad or 1].
