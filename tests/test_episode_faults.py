@@ -63,10 +63,12 @@ def test_an_impossible_attempt_is_rejected_before_anything_moves(still, scenario
         assert word in str(caught.value)
 
 
-@pytest.mark.parametrize(("kind", "given"), [("operational_space", "impedance"), ("impedance", "operational_space")])
-def test_gains_of_the_other_controller_are_rejected(still, kind, given):
-    overrides = {"controller.kind": kind, "controller.gains": str(path("wam7", f"{given}.toml"))}
-    with pytest.raises(ConfigurationError, match=f"{given}.toml.*controller.kind = '{kind}'"):
+@pytest.mark.parametrize(
+    ("controller", "given"), [("operational_space", "impedance"), ("impedance", "operational_space")]
+)
+def test_gains_of_the_other_controller_are_rejected(still, controller, given):
+    overrides = {"controller.kind": controller, "controller.gains": str(path("wam7", f"{given}.toml"))}
+    with pytest.raises(ConfigurationError, match=f"{given}.toml.*controller.kind = '{controller}'"):
         run("push_wall", overrides=overrides)
 
 
