@@ -147,7 +147,7 @@ class _Loop:
         self._setpoint = Setpoint(Reference(attempt.plan.start), attempt.plan.closure)
         self._zero = np.zeros(6)
         self._overload = ""
-        self._begun = 0.0
+        self._attempt_start = 0.0
         self._retreating = False
 
     def run(self) -> EpisodeResult:
@@ -197,7 +197,7 @@ class _Loop:
     def _begin(self, plan: Plan) -> None:
         """Prepare for an attempt of an order; the hand is empty and at rest."""
         simulation = self._attempt.simulation
-        self._begun = float(simulation.data.time)
+        self._attempt_start = float(simulation.data.time)
         self._saturation = SaturationMonitor(self._attempt.period)
         simulation.tare()
         if self._recorder:
@@ -257,7 +257,7 @@ class _Loop:
             if overload and not self._retreating:
                 # A saturated reading is a fault, even if it crossed the primitive's threshold before.
                 ending = Ending(f"wrist sensor saturated: {overload}", failed=True)
-            late = inputs.time - self._begun > TIME_LIMIT and not self._retreating
+            late = inputs.time - self._attempt_start > TIME_LIMIT and not self._retreating
             if ending is None and (fault or late):
                 ending = Ending(fault or f"time limit of {TIME_LIMIT:.0f} s", failed=True)
             if ending is not None:

@@ -48,7 +48,7 @@ class PushMotion:
         length: Distance from the leading edge to the rear of the hand [m].
         axes: (2, 3) unit vectors of x and y in the scene.
         rigid: Whether the hand is a single body, which cannot close.
-        nearer_side: Side on which a slanted wall is nearer, see `hand_mouth.nearer_side`.
+        nearer_side: Side on which a slanted wall is nearer: 1 left, -1 right, 0 neither.
     """
 
     time: Array
