@@ -16,7 +16,7 @@ from ..types import STANDARD_GRAVITY, Array, MassProperties, Pose
 from .loading import read_arm_folder, read_urdf
 from .state import ArmState
 
-_LARGEST_CONDITION = 1e6
+_MAX_CONDITION = 1e6
 """Largest condition number of a `joint_to_motor` that counts as invertible; chosen."""
 _WORLD = pin.Convention.WORLD
 """Convention of `pin.crba` in which it also computes the joint Jacobians."""
@@ -273,7 +273,7 @@ class ArmModel:
         if (
             matrix.shape != (self.nv, self.nv)
             or not np.isfinite(matrix).all()
-            or np.linalg.cond(matrix) > _LARGEST_CONDITION
+            or np.linalg.cond(matrix) > _MAX_CONDITION
         ):
             raise ModelError(f"{self.name}: joint_to_motor must be an invertible matrix ({self.nv}, {self.nv})")
         motors = self._limit(limit, self._zero, "motor_torque_limit")

@@ -21,7 +21,7 @@ _MATRIX = types.Array(types.float64, 2, "A", readonly=True)
 _OUT_VECTOR = types.Array(types.float64, 1, "C")
 _OUT_MATRIX = types.Array(types.float64, 2, "C")
 
-_SMALLEST_COSINE = -0.9
+_MIN_COSINE = -0.9
 """Cosine of the error's angle below which the usual formula of the rotation vector loses digits; chosen."""
 
 
@@ -156,7 +156,7 @@ def assemble(
                 turn[i, j] += R_ref[i, k] * R[j, k]
     sx, sy, sz = 0.5 * (turn[2, 1] - turn[1, 2]), 0.5 * (turn[0, 2] - turn[2, 0]), 0.5 * (turn[1, 0] - turn[0, 1])
     sine, cosine = sqrt(sx * sx + sy * sy + sz * sz), 0.5 * (turn[0, 0] + turn[1, 1] + turn[2, 2] - 1.0)
-    if not cosine > _SMALLEST_COSINE:
+    if not cosine > _MIN_COSINE:
         return np.nan
     scale = atan2(sine, cosine) / sine if sine > 1e-4 else 1.0 + sine * sine / 6.0
     error[3], error[4], error[5] = scale * sx, scale * sy, scale * sz

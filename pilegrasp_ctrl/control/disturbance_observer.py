@@ -15,9 +15,9 @@ from ..types import Array, ControllerOutput, Observation, Reference
 from .friction_compensation import FEED_FORWARD_SCALE
 from .operational_space import OperationalSpaceController
 
-_LARGEST_BANDWIDTH = 0.5
+_MAX_BANDWIDTH = 0.5
 """Largest bandwidth over control rate; chosen: quiet even with torques one period late (`docs/disturbances.md`)."""
-_LONGEST_GAP = 10.0
+_MAX_GAP = 10.0
 """Longest time between observations, in periods, that still updates the estimate; chosen."""
 
 
@@ -71,8 +71,8 @@ class DisturbanceObserver:
         for name, value in numbers.items():
             if not 0.0 < value < inf:
                 raise ConfigurationError(f"{name} = {value} of the disturbance observer must be positive and finite")
-        if bandwidth > _LARGEST_BANDWIDTH * rate:
-            largest = _LARGEST_BANDWIDTH * rate
+        if bandwidth > _MAX_BANDWIDTH * rate:
+            largest = _MAX_BANDWIDTH * rate
             raise ConfigurationError(f"bandwidth = {bandwidth} rad/s is too fast for {rate} Hz; take at most {largest}")
         self.arm, self.bandwidth = arm, float(bandwidth)
         self.bound: Array = share * arm.torque_limit
@@ -122,7 +122,7 @@ class DisturbanceObserver:
             return self._estimate.copy()
         elapsed = observation.time - last[0]
         # A repeated observation holds nothing new. After a long gap, the torque in between is unknown.
-        if hold or not 0.0 < elapsed <= _LONGEST_GAP * self._period:
+        if hold or not 0.0 < elapsed <= _MAX_GAP * self._period:
             return self._estimate.copy()
         external = (momentum - last[1]) / elapsed - torque - 0.5 * (passive + last[2])
         if not isfinite(hypot(*external.tolist())):

@@ -15,9 +15,9 @@ from .inverse_dynamics import InverseDynamics
 
 FEED_FORWARD_SCALE = 0.02
 """Default joint velocity at which three quarters of the Coulomb friction are compensated [rad/s]; chosen."""
-_APPROACH_SPEED = 0.1
+_MAX_APPROACH_SPEED = 0.1
 """Largest speed that the tool's position error asks for [m/s]; chosen, enough for all of the Coulomb friction."""
-_APPROACH_ANGULAR_SPEED = 0.4
+_MAX_APPROACH_ANGULAR_SPEED = 0.4
 """Largest angular velocity that the tool's orientation error asks for [rad/s]; chosen likewise."""
 
 
@@ -39,7 +39,7 @@ class FrictionCompensation:
         largest_approach: Largest speed [m/s] and angular speed [rad/s] that the error asks for.
     """
 
-    largest_approach = _APPROACH_SPEED, _APPROACH_ANGULAR_SPEED
+    largest_approach = _MAX_APPROACH_SPEED, _MAX_APPROACH_ANGULAR_SPEED
 
     def __init__(
         self, arm: ArmModel, scale: float = FEED_FORWARD_SCALE, error_rate: float = 8.0, gain: float = 1.0
@@ -84,9 +84,9 @@ class FrictionCompensation:
             return None
         # A vector that is short as a whole is short in each part. This holds in nearly every period, here and below.
         twist = self._rates * error
-        if hypot(*twist.tolist()) > _APPROACH_SPEED:
-            shorten(twist[:3], _APPROACH_SPEED)
-            shorten(twist[3:], _APPROACH_ANGULAR_SPEED)
+        if hypot(*twist.tolist()) > _MAX_APPROACH_SPEED:
+            shorten(twist[:3], _MAX_APPROACH_SPEED)
+            shorten(twist[3:], _MAX_APPROACH_ANGULAR_SPEED)
         twist += reference.twist
         v = dynamics.joint_velocity(twist)
         if hypot(*v.tolist()) > self._least_limit:

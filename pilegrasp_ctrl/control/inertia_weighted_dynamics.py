@@ -24,7 +24,7 @@ _TOOL_PRIORITY = 100.0
 With it the other joints compensate an elbow at its limit. They do not compensate a saturated wrist, whose inertia is a
 thousandth of a shoulder's.
 """
-_SHORTEST_PERIOD, _LONGEST_PERIOD = 0.5, 1.5
+_MIN_ELAPSED, _MAX_ELAPSED = 0.5, 1.5
 """Elapsed time, in control periods, within which the last call counts as one period ago; chosen."""
 
 
@@ -170,7 +170,7 @@ class InertiaWeightedDynamics(InverseDynamics):
         They never move inwards, because such a bound would answer an impact with the full torque.
         """
         last = self._last
-        if last is None or time is None or not _SHORTEST_PERIOD < (time - last.time) * self._rate < _LONGEST_PERIOD:
+        if last is None or time is None or not _MIN_ELAPSED < (time - last.time) * self._rate < _MAX_ELAPSED:
             return
         arm, v = self.arm, state.v
         rest = -coulomb_torque(v, arm.friction_coulomb, EXPECTED_FRICTION_SCALE) - arm.friction_viscous * v

@@ -16,13 +16,13 @@ FRICTION_VELOCITY_MARGIN = 0.07
 """Fraction of a speed limit that is kept in reserve for an arm with joint friction; see `VelocityLimit`."""
 POSITION_MARGIN = 0.002
 """Distance kept from a position limit [rad]; chosen for what a period's constant acceleration neglects."""
-STOPPING_TIME = 0.05
+MIN_STOPPING_TIME = 0.05
 """Shortest time in which a joint needs to stop from full speed [s]; chosen."""
-_USUAL_SPEED = 2.0
+_DEFAULT_SPEED = 2.0
 """Full speed of a joint that has no velocity limit [rad/s]; chosen."""
 _BRAKING_SHARE = 0.5
 """Share of the torque left by gravity and friction that brakes; the rest is for coupling and load. Chosen."""
-_LEAST_BRAKING = 0.1
+_MIN_BRAKING = 0.1
 """Least braking acceleration, as a share of full speed per second [1/s]; chosen."""
 _SAMPLES = 64
 """Number of postures at which the braking acceleration is evaluated; chosen."""
@@ -83,8 +83,8 @@ class PositionLimit:
         a <= (gain (q_max - q) - (1 + gain T) v) / (T (1 + gain T / 2))
 
     and the mirror image below. Along the border of that set the joint brakes with at most `gain v_max`. The gain is
-    therefore the braking acceleration that the torques allow, divided by the largest speed, and at most
-    1 / `STOPPING_TIME`. The set stays invariant, and the joint approaches its limit exponentially. A joint that starts
+    therefore the braking acceleration that the torques allow, divided by the largest speed, and at most 1 /
+    `MIN_STOPPING_TIME`. The set stays invariant, and the joint approaches its limit exponentially. A joint that starts
     beyond its limit returns at the same rate. The set is the linear subset of the viable states of Del Prete, "Joint
     position and velocity bounds in discrete-time acceleration/torque control of robot manipulators", RA-L 3(1), 2018.
     The border of those states is a parabola.
@@ -115,7 +115,7 @@ class PositionLimit:
             braking: (nv,) Deceleration that every joint can hold [rad/s²]; `braking_acceleration(arm)` by default.
         """
         braking = braking_acceleration(arm) if braking is None else np.asarray(braking, dtype=np.float64)
-        self.gain = np.minimum(braking / _full_speed(arm), 1.0 / STOPPING_TIME)
+        self.gain = np.minimum(braking / _full_speed(arm), 1.0 / MIN_STOPPING_TIME)
         self.horizon = horizon_periods / rate
         kept = np.minimum(margin, 0.25 * (arm.q_upper - arm.q_lower))
         self._lower, self._upper = arm.q_lower + kept, arm.q_upper - kept
@@ -149,11 +149,11 @@ def braking_acceleration(arm: ArmModel) -> Array:
         state = arm.update(q, np.zeros(arm.nv))
         spare = arm.torque_limit - np.abs(state.h) - arm.friction_coulomb
         np.minimum(least, _BRAKING_SHARE * spare / state.M.diagonal(), out=least)
-    return np.maximum(least, _LEAST_BRAKING * _full_speed(arm))
+    return np.maximum(least, _MIN_BRAKING * _full_speed(arm))
 
 
 def _full_speed(arm: ArmModel) -> Array:
-    return np.where(np.isfinite(arm.velocity_limit), arm.velocity_limit, _USUAL_SPEED)
+    return np.where(np.isfinite(arm.velocity_limit), arm.velocity_limit, _DEFAULT_SPEED)
 
 
 def _golden_ratio(dimension: int) -> float:

@@ -25,7 +25,7 @@ _DEFAULT_AMPLITUDES = (0.005, 0.02)
 _HALF_POWER = 10.0 ** (-3.0 / 20.0)
 """Gain of -3 dB [-], which defines the bandwidth."""
 
-_SAMPLES_PER_PERIOD = 4.0
+_MIN_SAMPLES_PER_PERIOD = 4.0
 """Fewest control periods in a period of the reference [-]; chosen."""
 
 
@@ -129,7 +129,7 @@ def frequency_response(
     q, frequency = np.asarray(q, dtype=np.float64), np.unique(np.asarray(frequencies, dtype=np.float64))
     if axis not in range(6):
         raise ConfigurationError(f"axis = {axis!r} must be 0 to 2 for x, y, z or 3 to 5 for rotations about them")
-    highest = rate / _SAMPLES_PER_PERIOD
+    highest = rate / _MIN_SAMPLES_PER_PERIOD
     if not frequency.size or not (np.isfinite(frequency).all() and frequency[0] > 0.0 and frequency[-1] <= highest):
         raise ConfigurationError(f"frequencies must be positive and at most a quarter of the rate, {highest:g} Hz")
     size = _DEFAULT_AMPLITUDES[axis // 3] if amplitude is None else amplitude

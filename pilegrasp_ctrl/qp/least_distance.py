@@ -14,7 +14,7 @@ from .working_set import WorkingSet
 _ROUND_OFF = 1e-11
 """Largest excess of a bound that counts as met, relative to the largest entry of y; chosen."""
 
-_SMALL = 1e-9
+_MIN_MULTIPLIER = 1e-9
 """Multiplier relative to the largest, below which its bound is taken as inactive; chosen."""
 
 
@@ -77,7 +77,7 @@ class LeastDistanceProgram(NamedTuple):
         """
         if not len(multipliers):
             return self.goal
-        guess = np.where(np.abs(multipliers) > _SMALL * np.abs(multipliers).max(), np.sign(multipliers), 0.0)
+        guess = np.where(np.abs(multipliers) > _MIN_MULTIPLIER * np.abs(multipliers).max(), np.sign(multipliers), 0.0)
         active = WorkingSet(self.goal, self.rows, self.lower, self.upper, guess)
         # The method needs about as many steps as there are rows; only round-off could cause more.
         for _ in range(10 * len(self.rows)):

@@ -16,9 +16,9 @@ from .gains import MotionGains
 from .posture_task import POSTURE_WEIGHT
 from .singular_directions import SingularDirections
 
-_APPROACH_SPEED = 1.0
+_MAX_APPROACH_SPEED = 1.0
 """Largest speed that the springs ask for [m/s]; chosen."""
-_APPROACH_ANGULAR_SPEED = 3.0
+_MAX_APPROACH_ANGULAR_SPEED = 3.0
 """Largest angular velocity that the springs ask for [rad/s]; chosen."""
 
 
@@ -121,7 +121,7 @@ class FrameMotionTask(FrameTask):
         self._damping = gains.damping
         # The error of a free axis must not shorten the speed along the others.
         self.rates = gains.stiffness / gains.damping * (self.sqrt_weight > 0.0)
-        self._slowest = min(_APPROACH_SPEED, _APPROACH_ANGULAR_SPEED)
+        self._slowest = min(_MAX_APPROACH_SPEED, _MAX_APPROACH_ANGULAR_SPEED)
         self._singular = SingularDirections(self.sqrt_weight > 0.0, posture_weight=posture_weight)
 
     def __repr__(self) -> str:
@@ -138,8 +138,8 @@ class FrameMotionTask(FrameTask):
         wanted = self.rates * error
         # A vector that is short as a whole is short in both parts. This holds in nearly every period.
         if hypot(*wanted.tolist()) > self._slowest:
-            shorten(wanted[:3], _APPROACH_SPEED)
-            shorten(wanted[3:], _APPROACH_ANGULAR_SPEED)
+            shorten(wanted[:3], _MAX_APPROACH_SPEED)
+            shorten(wanted[3:], _MAX_APPROACH_ANGULAR_SPEED)
         wanted += reference.twist
         wanted -= state.twist
         wanted *= self._damping

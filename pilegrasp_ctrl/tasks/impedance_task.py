@@ -13,7 +13,7 @@ from ..types import Array, Reference
 from .frame_task import FrameTask
 from .gains import Impedance
 
-_SLOWEST_MODE = 1e-3
+_MIN_FREQUENCY = 1e-3
 """Frequency whose square is added to every mode's; keeps damping finite at a singular posture [rad/s]; chosen."""
 
 
@@ -65,7 +65,7 @@ class ImpedanceTask(FrameTask):
         self._sprung = bool(sprung.size) and impedance.damping_ratio > 0.0
         self._factor_transposed = np.ascontiguousarray(self._factor.T)
         self._damped_factor = 2.0 * impedance.damping_ratio * self._factor
-        self._floor = _SLOWEST_MODE**2 * np.eye(len(sprung))
+        self._floor = _MIN_FREQUENCY**2 * np.eye(len(sprung))
         self._anisotropic = not _isotropic(self.stiffness)
         if impedance.inertia is not None:
             self._shaped_damping = self.damping(np.diag(1.0 / impedance.inertia))
