@@ -1,4 +1,4 @@
-"""The page of a study: from its database alone, with recordings, and from what is damaged or hostile."""
+"""The page of a study: from its database alone, with recordings, and with damaged or hostile content."""
 
 from __future__ import annotations
 
@@ -200,7 +200,7 @@ def test_the_page_in_a_browser_filters_and_opens_a_recording(tmp_path, capsys):
     with Browser(executable) as browser:
         for width, height in ((1280, 800), (400, 850)):
             browser.open(tmp_path / "index.html", width, height)
-            assert browser.complaints() == []
+            assert browser.console_errors() == []
             assert browser.evaluate("document.documentElement.scrollWidth") <= width
         assert browser.evaluate(shown) == len(rows())
 

@@ -1,4 +1,4 @@
-"""`pilegrasp sweep` and the tables of a study: what is asked, what is printed, what is refused."""
+"""`pilegrasp sweep` and the tables of a study: options, output and errors."""
 
 import csv
 import io
@@ -67,7 +67,7 @@ def test_a_second_sweep_runs_only_the_missing_attempts(capsys, begun, tmp_path):
     status, out, _ = answer(capsys, *more, "--out", tmp_path, "--json")
     assert status == 0
     assert begun == [(5, 4), (5, 5), (8, 2), (8, 3), (8, 4), (8, 5)]
-    # What is told is what was asked for.
+    # The output covers the attempts of this command only.
     assert [row["n"] for row in json.loads(out)] == [4, 4]
 
 
@@ -112,7 +112,7 @@ def test_a_study_of_another_version_is_refused(capsys, begun, tmp_path):
     status, _, err = answer(capsys, *SWEEP, tmp_path)
     assert status == 2
     assert "mujoco is 3.9.0 for " in err
-    # What is there can still be read.
+    # The stored attempts can still be read.
     assert answer(capsys, "export", tmp_path, tmp_path / "table.csv")[0] == 0
 
 

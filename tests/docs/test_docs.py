@@ -1,4 +1,4 @@
-"""What the documentation shows is run, parsed or looked up."""
+"""Code, commands and links in the documentation are run, parsed or looked up."""
 
 import re
 import shlex

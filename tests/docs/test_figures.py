@@ -1,4 +1,4 @@
-"""Numbers in the pages are those that their source gives."""
+"""The numbers in the pages agree with their sources."""
 
 import pytest
 

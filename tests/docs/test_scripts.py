@@ -1,4 +1,4 @@
-"""The scripts in docs/studies: their usage, and their answer to arguments that cannot be used."""
+"""The scripts in docs/studies: their usage, and their errors for wrong arguments."""
 
 import subprocess
 import sys

@@ -24,7 +24,7 @@ def load(name: str, **arguments) -> ArmModel:
 
 
 def without_friction(name: str, tool=None, **changes) -> ArmModel:
-    """The same arm without friction in its model, and with the given changes of limits or friction."""
+    """Return the arm without friction in its model, and with the given changes of limits or friction."""
     arm = load(name, tool=tool)
     kept = ["q_lower", "q_upper", "velocity_limit", "torque_limit"]
     kept += [] if "torque_limit" in changes else ["joint_to_motor", "motor_torque_limit"]
@@ -34,7 +34,7 @@ def without_friction(name: str, tool=None, **changes) -> ArmModel:
 
 
 def random_states(arm: ArmModel, count: int, seed: int = 0, speed: float = 0.5):
-    """Pairs q, v between the position limits, at up to `speed` of the largest velocity."""
+    """Yield pairs q, v between the position limits, at up to `speed` times the velocity limits."""
     rng = np.random.default_rng(seed)
     for _ in range(count):
         q = arm.q_lower + (arm.q_upper - arm.q_lower) * rng.uniform(0.05, 0.95, arm.nv)
@@ -42,14 +42,14 @@ def random_states(arm: ArmModel, count: int, seed: int = 0, speed: float = 0.5):
 
 
 def nearby(state: ArmState, turn: float = 0.05) -> Reference:
-    """A moving reference 2.7 cm and 4 deg from the tool."""
+    """Return a moving reference 2.7 cm and 4 deg from the tool."""
     shift, rotation = np.array([0.01, -0.02, 0.015]), pin.exp3(np.array([turn, 0.0, -turn]))
     pose = Pose(state.translation + shift, rotation @ state.rotation)
     return Reference(pose, np.linspace(-0.1, 0.1, 6), np.linspace(0.5, -0.5, 6))
 
 
 def quiet_states(arm: ArmModel, count: int):
-    """Pairs q, v around the home posture at which no limit is near."""
+    """Yield pairs q, v around the home posture, at which no limit is near."""
     rng = np.random.default_rng(1)
     for _ in range(count):
         yield HOME[arm.name] + rng.uniform(-0.1, 0.1, arm.nv), rng.uniform(-0.1, 0.1, arm.nv)
@@ -76,7 +76,7 @@ def simulate(
 
 
 class PushedArm(ArmSimulation):
-    """A plant that is pushed at its joints rather than at its tool."""
+    """A plant with an external torque at its joints instead of a wrench at its tool."""
 
     def __init__(self, arm, push, **arguments):
         super().__init__(arm, friction_viscous=0.0, **arguments)
@@ -92,7 +92,7 @@ PANDA_FRICTION = np.array([1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 0.5])
 
 
 def with_friction(name, tool=None):
-    """An arm whose model has joint friction."""
+    """Return an arm whose model has joint friction."""
     if name == "wam7":
         wam = load(name)
         return without_friction(

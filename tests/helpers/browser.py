@@ -1,4 +1,4 @@
-"""The viewer's Chromium with what a test asks of a page: its requests, its complaints, its picture."""
+"""The viewer's Chromium with the tools of a test: the requests, console errors and picture of a page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Browser", "find_chromium", "program"]
 
 
 class Browser(Chromium):
-    """A browser that remembers what its page asked for and complained about."""
+    """A browser that records the requests and the console errors of its page."""
 
     def visit(self, url: str, width: int = 1280, height: int = 800) -> None:
         """Load a page from a server, with the network on."""
@@ -34,11 +34,11 @@ class Browser(Chromium):
         return [event["params"] for event in self.events if event["method"] == method]
 
     def requests(self) -> list[str]:
-        """Return every address that the page asked for since it was opened."""
+        """Return every address that the page has requested since it was opened."""
         return [event["request"]["url"] for event in self._named("Network.requestWillBeSent")]
 
-    def complaints(self) -> list[str]:
-        """Return what the console shows as an error or a warning, uncaught exceptions included."""
+    def console_errors(self) -> list[str]:
+        """Return the errors and warnings in the console, uncaught exceptions included."""
         console = [
             " ".join(str(argument.get("value", argument.get("description"))) for argument in event["args"])
             for event in self._named("Runtime.consoleAPICalled")
@@ -54,7 +54,7 @@ class Browser(Chromium):
 
 
 def program(folder: Path, name: str, text: str) -> Path:
-    """Write a script that stands for a program, and return its path."""
+    """Write a script that replaces a program, and return its path."""
     path = folder / name
     path.write_text(text, encoding="utf-8")
     path.chmod(path.stat().st_mode | stat.S_IXUSR)

@@ -1,6 +1,6 @@
-"""Links from the documentation to lines of code: `[text](../file.py#L12 "what stands on that line")`.
+"""Links from the documentation to lines of code: `[text](../file.py#L12 "code on that line")`.
 
-`python tests/helpers/line_links.py` writes the line numbers anew after the code has moved.
+`python tests/helpers/line_links.py` updates the line numbers after the code has moved.
 """
 
 import re
@@ -14,7 +14,7 @@ BARE = re.compile(r"\]\([^()\s#]+#L\d+\)")
 
 
 class LineLink(NamedTuple):
-    """A link to a line, and the code that its title says is there."""
+    """A link to a line, and the code of that line in the link's title."""
 
     file: Path
     line: int
@@ -37,7 +37,7 @@ def _link(page: Path, match: re.Match) -> LineLink:
 
 
 def renumbered(page: Path) -> str:
-    """Return the page's text with the numbers of the lines where the code is now."""
+    """Return the page's text with the present line numbers of the code."""
 
     def renumber(match: re.Match) -> str:
         lines = _link(page, match).found()

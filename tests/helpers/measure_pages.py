@@ -1,4 +1,4 @@
-"""What made-up attempts' pages weigh and how long they take: `python tests/helpers/measure_pages.py` prints a table."""
+"""Size and time of the pages of synthetic attempts: `python tests/helpers/measure_pages.py` prints a table."""
 
 from __future__ import annotations
 

@@ -28,12 +28,12 @@ def settled_poses(objects, count, **pile):
 
 
 def write_ball(folder, name="thing", **keys):
-    """Write the file of an object; a ball of 30 g unless the keys say otherwise."""
+    """Write the file of an object, by default a ball of 30 g."""
     return write_object(folder / f"{name}.toml", **({"shape": "sphere", "radius": 0.02, "mass": 0.03} | keys))
 
 
 def write_mesh(path, vertices=BRICK, faces=BRICK_FACES):
-    """Write an OBJ file; a brick unless vertices and faces say otherwise."""
+    """Write an OBJ file, by default of a brick."""
     lines = [f"v {x} {y} {z}" for x, y, z in vertices]
     path.write_text("\n".join(lines + ["f " + " ".join(str(i + 1) for i in face) for face in faces]) + "\n")
     return path

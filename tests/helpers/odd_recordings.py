@@ -1,4 +1,4 @@
-"""Recordings that lack or garble something that the analysis asks for, by what is odd about them."""
+"""Recordings with a missing or wrong part that the analysis needs, by the name of the part."""
 
 from __future__ import annotations
 

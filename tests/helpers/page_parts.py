@@ -1,4 +1,4 @@
-"""Bodies at rest, and what a stream of commands says about them."""
+"""Bodies at rest, and readers of a stream of commands."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pilegrasp_ctrl.recording import Body, Recording
 
 
 def still(shapes, position=(0.0, 0.0, 0.0), role="object", frames=2, **changes):
-    """One body at rest."""
+    """Return a recording of one body at rest."""
     arguments = {
         "meta": {},
         "bodies": (Body("thing", role, tuple(shapes)),),
@@ -28,7 +28,7 @@ def floats(extension, width):
 
 
 def tracks(stream):
-    """The animation's tracks: path to property to (times, values)."""
+    """Return the animation's tracks: times and values by path and property."""
     (animation,) = [command for command in stream if command["type"] == "set_animation"]
     widths = {"quaternion": 4}
     return {

@@ -1,4 +1,4 @@
-"""Attempts made up so that every claim of the paper holds, for tests to spoil."""
+"""Synthetic attempts in which every claim of the paper holds; tests change single conditions."""
 
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -15,7 +15,7 @@ TRIGGERS = (("approach", "surface contact"), ("push", "grasp force"), ("grasp", 
 
 @dataclass(frozen=True)
 class Made:
-    """How the attempts at a condition come out."""
+    """The numbers of the synthetic attempts at a condition."""
 
     n: int = 20
     rate: float = 1.0
@@ -66,7 +66,7 @@ def _motion(speeds, seed, success):
 
 
 def usual(condition):
-    """Return how a condition comes out in a world in which the paper is right."""
+    """Return the numbers of a condition for which the paper is right."""
     scenario = condition.scenario
     pile, support, shovel = scenario.pile, scenario.support.kind, scenario.hand == SHOVEL
     measures = {"table_force": {"peak": 8.0}, "motion": {"approach_speed": 0.05, "spread_speed": 0.01}}
@@ -94,13 +94,13 @@ def usual(condition):
 
 @cache
 def standard():
-    """Return all conditions, and their attempts in a world in which the paper is right."""
+    """Return all conditions, and their attempts if the paper is right."""
     conditions = [part.condition for part in plan(EXPERIMENTS.values())]
     return conditions, {condition.config_hash: rows(condition, usual(condition)) for condition in conditions}
 
 
 def world(changes=(), **everywhere):
-    """Return evidence; `changes` are fields of `Made` by condition, `everywhere` those of all."""
+    """Return evidence; `changes` are fields of `Made` by condition, and `everywhere` those of all conditions."""
     conditions, found = standard()
     found = dict(found)
     spoilt = [(condition, everywhere) for condition in conditions if everywhere] + list(changes)

@@ -1,4 +1,4 @@
-"""What Linux says of the processes of this machine."""
+"""The state of this machine's processes, from Linux's /proc."""
 
 import contextlib
 import time

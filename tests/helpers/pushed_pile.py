@@ -1,4 +1,4 @@
-"""A made-up push over formulas: a hand of one box, objects whose ways are given, so that every measure is known."""
+"""A synthetic push by formulas: a hand of one box, and objects on given paths, so that every measure is known."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ HALF_WIDTH = 0.05
 BEGIN, END, LAST = 1.0, 3.0, 5.0
 """The push lasts from 1 s to 3 s; the recording goes on to 5 s."""
 
-Way = Callable[[np.ndarray], np.ndarray]
+ObjectPath = Callable[[np.ndarray], np.ndarray]
 
 
-def at_rest(x: float, y: float) -> Way:
-    """Stay at a place, counted from the leading edge's middle at the begin of the push [m]."""
+def at_rest(x: float, y: float) -> ObjectPath:
+    """Return the path of an object at rest, relative to the middle of the leading edge at the start of the push [m]."""
     return lambda t: np.stack([np.full_like(t, x), np.full_like(t, y)], axis=-1)
 
 
-def moving(x: float, y: float, vx: float, vy: float) -> Way:
-    """Start there and move from the begin of the push to its end [m/s]."""
+def moving(x: float, y: float, vx: float, vy: float) -> ObjectPath:
+    """Return the path of an object that moves from the start of the push to its end [m, m/s]."""
     return lambda t: np.stack([x + vx * pushed(t), y + vy * pushed(t)], axis=-1)
 
 
 def pushed(time: np.ndarray) -> np.ndarray:
-    """Return how long the push has lasted [s]."""
+    """Return the time since the start of the push [s]; it stops at the end of the push."""
     return np.clip(time, BEGIN, END) - BEGIN
 
 
@@ -39,7 +39,7 @@ def yaw_quaternion(angle: float) -> np.ndarray:
 
 
 def push_recording(
-    ways: Mapping[str, Way],
+    paths: Mapping[str, ObjectPath],
     *,
     alpha: float = 0.0,
     beta: float = 0.0,
@@ -51,7 +51,7 @@ def push_recording(
 ) -> Recording:
     """Return a recording at 100 Hz of a hand that goes at `SPEED` along `alpha` [rad] and points `beta` to the left.
 
-    The held are lifted at last.
+    The held objects are lifted at the end.
     """
     time = np.linspace(0.0, LAST, 501)
     turn = np.array([[np.cos(alpha), -np.sin(alpha)], [np.sin(alpha), np.cos(alpha)]])
@@ -67,8 +67,8 @@ def push_recording(
     hand = Body("palm", "hand", (Shape("box", (0.06, HALF_WIDTH, 0.01), (FRONT - 0.06, 0.0, 0.0)),))
     thumb = Body("thumb", "hand", (Shape("box", (0.01, 0.01, 0.01), (FRONT - 0.1, 0.0, 0.0)),))
     tracks = [(hand, tool, quaternion)]
-    for name, way in ways.items():
-        place = placed(way(time), RADIUS + lift * (name in held))
+    for name, path in paths.items():
+        place = placed(path(time), RADIUS + lift * (name in held))
         tracks.append((Body(name, "object", (Shape("sphere", (RADIUS,)),)), place, np.array([1.0, 0.0, 0.0, 0.0])))
     if not rigid:
         tracks.append((thumb, tool, quaternion))
@@ -87,18 +87,18 @@ def push_recording(
 
 
 RESTLESS = moving(0.3, 0.3, 0.02, 0.0)
-"""Far from the hand; it moves from the begin of the push on, so that the pile counts as moving."""
+"""Path of an object far from the hand that moves from the start of the push on, so that the pile counts as moving."""
 
 
-def crowd(vx: float, slope: float = 0.0) -> dict[str, Way]:
-    """Rows of objects over the whole width; they move along the push at vx and away from its middle by slope * y."""
-    ways = {"far": RESTLESS}
+def crowd(vx: float, slope: float = 0.0) -> dict[str, ObjectPath]:
+    """Return rows of objects over the whole width that move along the push at vx, and off its middle at slope * y."""
+    paths = {"far": RESTLESS}
     for i, x in enumerate(np.arange(0.01, 0.4, 0.03)):
         for j, y in enumerate(np.arange(-0.12, 0.121, 0.03)):
-            ways[f"o{i}_{j}"] = moving(x, y, vx, slope * y)
-    return ways
+            paths[f"o{i}_{j}"] = moving(x, y, vx, slope * y)
+    return paths
 
 
-def sliding_in(x: float, y: float, stop: float) -> Way:
-    """Stand until the leading edge has passed by `stop` [m], then go with the hand."""
+def sliding_in(x: float, y: float, stop: float) -> ObjectPath:
+    """Return the path of an object that rests until the leading edge is `stop` [m] past it, and then moves with it."""
     return lambda t: np.stack([np.maximum(x, SPEED * pushed(t) - stop), y + 0 * t], axis=-1)

@@ -5,9 +5,9 @@ to record other programs
 
 The programs are those of closed loops of both arms. An optimum is found in rational arithmetic: the active set that a
 solver proposes is taken as equations, these are solved without rounding, and every bound and the sign of every
-multiplier is compared without rounding; where one is wrong the set is changed and the equations are solved again. With
-H positive definite that proves the optimum, whoever proposed the set. That a program has no solution is proved by a
-combination of its rows. What is stored is the optimum rounded to the nearest floating-point numbers.
+multiplier is compared without rounding. If one is wrong, the set is changed and the equations are solved again. With
+H positive definite this proves the optimum, independently of the solver. A combination of its rows proves that a
+program has no solution. The file stores the optimum, rounded to the nearest floating-point numbers.
 """
 
 import sys
@@ -31,13 +31,13 @@ from recorded_program import RecordedProgram, load_programs, save_programs
 
 FILE = DATA / "qp_programs.npy"
 COUNT = 10
-CLEARLY = 1e-3  # [rad/s², N·m] by which no x meets all bounds of an infeasible program
+CLEARLY = 1e-3  # smallest gap of an infeasible program [rad/s², N·m]
 TINY = Fraction(1, 10**6)
 OPTIONAL = {"proxqp": "proxsuite", "quadprog": "quadprog"}  # solvers and their packages
 
 
 def installed(name: str) -> Solver:
-    """The solver of that name; the test is skipped where its package is absent."""
+    """Return the solver of that name; the test is skipped if its package is absent."""
     if name in OPTIONAL:
         pytest.importorskip(OPTIONAL[name], reason=f"pip install 'pilegrasp[{name}]'")
     return make_solver(name)
@@ -51,12 +51,12 @@ def recorded() -> tuple[RecordedProgram, ...]:
 
 
 def fractions(array) -> np.ndarray:
-    """The same numbers as Fractions; an infinite bound stays a float, which compares with them correctly."""
+    """Return the numbers as Fractions; an infinite bound stays a float, which compares with them correctly."""
     return np.vectorize(lambda value: Fraction(value) if np.isfinite(value) else value, otypes=[object])(array)
 
 
 def solve_exactly(A: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """A⁻¹ b by Gaussian elimination; raises ZeroDivisionError where A is singular."""
+    """Return A⁻¹ b by Gaussian elimination; a singular A raises ZeroDivisionError."""
     A, b = A.copy(), b.copy()
     n = len(b)
     for column in range(n):
@@ -83,7 +83,7 @@ def positive_definite(H: np.ndarray) -> bool:
 
 
 def exact_optimum(problem: QuadraticProgram, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """x (n,) and multipliers (n + m,) as Fractions, from a guess of the signs of the multipliers."""
+    """Return x (n,) and multipliers (n + m,) as Fractions, from a guess of the signs of the multipliers."""
     H, f, G, lower, upper = (fractions(array) for array in problem)
     if not positive_definite(problem.H):
         raise ValueError("H is not positive definite")
@@ -107,10 +107,10 @@ def exact_optimum(problem: QuadraticProgram, guess: np.ndarray) -> tuple[np.ndar
 
 
 def kkt_residual(problem: QuadraticProgram, x: np.ndarray, multipliers: np.ndarray) -> float:
-    """The largest violation of the optimality conditions, relative to the terms that it is a sum of.
+    """Return the largest violation of the optimality conditions, relative to the terms of its sum.
 
-    Evaluated without rounding, so that it is that of the numbers given: stationarity, bounds, and for each multiplier
-    the distance to the bound that its sign belongs to.
+    It is evaluated without rounding, so that it belongs to the given numbers: stationarity, bounds, and for each
+    multiplier the distance to the bound of its sign.
     """
     H, f, G, lower, upper = (fractions(array) for array in problem)
     x, multipliers = fractions(x), fractions(multipliers)
@@ -127,9 +127,9 @@ def kkt_residual(problem: QuadraticProgram, x: np.ndarray, multipliers: np.ndarr
 
 
 def gap_of(certificate: np.ndarray, problem: QuadraticProgram) -> Fraction:
-    """min yᵀ z over z within the bounds on G x, less max yᵀ G x over x within its own; positive where no x exists.
+    """Return min yᵀ z over z within the bounds on G x, less max yᵀ G x over x within its bounds.
 
-    In units of what the bounds would have to give way by, all alike.
+    A positive gap proves that no x exists. The unit is the relaxation that all bounds together would need.
     """
     _, _, G, lower, upper = (fractions(array) for array in problem)
     y, n = fractions(certificate), len(problem.f)
@@ -140,7 +140,7 @@ def gap_of(certificate: np.ndarray, problem: QuadraticProgram) -> Fraction:
 
 
 def find_certificate(problem: QuadraticProgram) -> np.ndarray:
-    """The y with the largest `gap_of`, by linear programming over y, Gᵀ y, their sizes, and the terms of both sums."""
+    """Return the y with the largest `gap_of`, by linear programming over y, Gᵀ y, their sizes and both sums' terms."""
     _, _, G, lower, upper = problem
     n, m = len(problem.f), len(G)
     Y, C, Z = np.eye(m, 4 * m + 3 * n), np.hstack((G.T, np.zeros((n, 3 * m + 3 * n)))), np.zeros((1, 4 * m + 3 * n))
@@ -160,7 +160,7 @@ def find_certificate(problem: QuadraticProgram) -> np.ndarray:
 
 
 def loop(arm: ArmModel, q, displacement, speed: float, weight: float = 1e-4, push=None, ticks: int | None = None):
-    """Follow a line from rest at q; yield what was active, the program, and the Jacobian's smallest singular value."""
+    """Track a line from rest at q; return active limits, program and smallest singular value of J of every tick."""
     controller = OperationalSpaceController(arm, posture=PostureTask(q, weight=weight))
     line = StraightLine(arm.update(q, np.zeros(arm.nv)).pose, displacement, speed)
     seen = []
@@ -179,7 +179,7 @@ def loop(arm: ArmModel, q, displacement, speed: float, weight: float = 1e-4, pus
 
 
 def pushed(name: str, share: float, seeds: range, torque: float, velocity: float = 1.0) -> Iterator[tuple]:
-    """Loops in which weak drives are overpowered by constant torques of `share` of the true limits."""
+    """Yield the ticks of loops with weak drives under constant external torques of `share` times the true limits."""
     true = load(name)
     changes = {"torque_limit": torque * true.torque_limit, "velocity_limit": velocity * true.velocity_limit}
     if true.joint_to_motor is not None:
@@ -197,7 +197,7 @@ def named(*kinds: str) -> Callable[[tuple[str, ...]], bool]:
 
 
 def ticks_of(name: str) -> dict[str, list]:
-    """For each kind of program, the ticks from which some are taken."""
+    """Return the candidate ticks of each kind of program."""
     q, true = HOME[name], load(name)
     home = without_friction(name)
     slow = without_friction(name, velocity_limit=0.2 * true.velocity_limit)
@@ -228,7 +228,7 @@ def ticks_of(name: str) -> dict[str, list]:
 
 
 def varied(ticks: list) -> Iterator[QuadraticProgram]:
-    """Every program once, those of active sets not yet seen first."""
+    """Yield every program once, new active sets first."""
     groups: dict[tuple[str, ...], list] = {}
     for limits, program, _ in ticks:
         groups.setdefault(limits, []).append(program)
@@ -243,7 +243,7 @@ def varied(ticks: list) -> Iterator[QuadraticProgram]:
 
 
 def prove(name: str, kind: str, problem: QuadraticProgram) -> RecordedProgram | None:
-    """The program with what is proved about it, or None where it is of another kind."""
+    """Return the program with its proof, or None if it is of another kind."""
     n = len(problem.f)
     feasible = make_solver("daqp").solve(problem) is not None
     if feasible == (kind == "infeasible"):

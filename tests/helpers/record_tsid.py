@@ -1,6 +1,6 @@
-"""Write tests/data/tsid_torques.json: what TSID answers at states of both arms.
+"""Write tests/data/tsid_torques.json: TSID's torques at states of both arms.
 
-TSID is no dependency of the project and has to be built (docs/benchmark.md says how), so its answers are kept.
+TSID is no dependency of the project and has to be built (see docs/benchmark.md), so its torques are kept.
 
 Usage: OMP_NUM_THREADS=1 python tests/helpers/record_tsid.py
 """
@@ -29,13 +29,13 @@ from tsid_problem import (
 
 DEMANDS = {"gentle": 0.3, "saturating": 10.0}
 CASES = 15
-"""Of each arm and each demand."""
+"""Number of cases for each arm and each demand."""
 
 SEED = 20
 
 
 def cases(name: str) -> list[dict[str, object]]:
-    """One row for each state: what was asked, and the torques that TSID gave."""
+    """Return a row for each state: state, reference and TSID's torques."""
     arm, rng, rows = load_arm(name), np.random.default_rng(SEED), []
     controller, ours = TsidController(arm, FRAMES[name], posture_task(name), GAINS, RATE), our_controller(name)
     for demand, size in DEMANDS.items():

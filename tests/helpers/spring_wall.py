@@ -1,4 +1,4 @@
-"""A wall whose stiffness is known, so that forces and displacements can be predicted."""
+"""A wall with a known stiffness, so that forces and displacements can be predicted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What workers do in the tests of studies: functions that a process can import by name."""
+"""Functions for the workers in tests of studies, which a process can import by name."""
 
 import json
 import os
@@ -22,7 +22,7 @@ def begun_before(item):
 
 
 def work(item):
-    """Do what the last part of the work item says; return its number and the process."""
+    """Act as the last part of the work item says; return its number and the process."""
     before, (_, number, kind) = begun_before(item), item
     time.sleep(0.02)
     if kind == "dies" or (kind == "dies once" and not before):
@@ -47,7 +47,7 @@ def attempts(seeds):
 
 
 def final_position(recording):
-    """Return where the tool ends, as a measure."""
+    """Return the final position of the tool, as a measure."""
     return {"tool": recording.signals["tool_position"][-1].tolist(), "frames": len(recording.frame_time)}
 
 

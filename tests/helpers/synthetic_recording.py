@@ -1,7 +1,7 @@
-"""A made-up attempt with the shape of a real one: an arm, a hand of capsules, spheres, a table and a wall.
+"""A synthetic attempt with the form of a real one: an arm, a hand of capsules, spheres, a table and a wall.
 
-Nothing is simulated. The motion is written down as formulas, so that tests of the recording and the viewer need no
-engine and know what to expect.
+Nothing is simulated. The motion follows from formulas, so that tests of the recording and the viewer need no engine and
+know every value.
 """
 
 from __future__ import annotations

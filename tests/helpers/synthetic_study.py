@@ -1,4 +1,4 @@
-"""A made-up study: the table that a sweep leaves, and recordings of some of its attempts."""
+"""A synthetic study: the table that a sweep writes, and recordings of some of its attempts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Row = tuple[Any, Any, Any, Any, Any]
 
 
 def result(config_hash: str, seed: int) -> dict[str, Any]:
-    """Return what `pilegrasp run --json` would print."""
+    """Return a document like that of `pilegrasp run --json`."""
     success = seed < SUCCESSES[config_hash]
     return {
         "scenario": "spheres_wall",
@@ -35,7 +35,7 @@ def result(config_hash: str, seed: int) -> dict[str, Any]:
 
 
 def rows() -> list[Row]:
-    """Return the rows of two conditions, the last attempt of the first being one that raised."""
+    """Return the rows of two conditions; the last attempt of the first condition raised an error."""
     found: list[Row] = []
     for config_hash, condition in CONDITIONS.items():
         for seed in range(SEEDS):

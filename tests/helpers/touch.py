@@ -1,4 +1,4 @@
-"""Arms in contact with an environment, and a measured wrench that is late; shared by the tests of contact."""
+"""Arms in contact with an environment, and a delayed measurement of the wrench, for the tests of contact."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ def home(arm):
 
 
 class WristSensor:
-    """First-order low-pass and noise, as in `sim/wrist_sensor.py`, whose engine these tests do without."""
+    """A first-order low-pass with noise, as in `sim/wrist_sensor.py`, but without its engine."""
 
     def __init__(self, cutoff=SENSOR_CUTOFF, rate=500.0, noise=0.05, seed=0):
         self._blend = 1.0 - np.exp(-2.0 * np.pi * cutoff / rate)

@@ -1,4 +1,4 @@
-"""The control problem on which the project's torques and TSID's are compared, in terms of the project alone."""
+"""The control problem for the comparison with TSID's torques, in terms of the project alone."""
 
 import json
 from typing import NamedTuple
@@ -18,22 +18,22 @@ from places import DATA
 FILE = DATA / "tsid_torques.json"
 
 LIMITS = ("torque", "velocity")
-"""TSID's joint bounds take the speed limits as the project does; its position limits are others."""
+"""Limits of the comparison: TSID and the project have the same speed limits, and different position limits."""
 
 SPEED, HORIZON = 0.98, 0.004
-"""Share of the joint speed limits that is kept, and the time to reach it in [s].
+"""Share of the joint speed limits that is allowed [-], and time in which it may be reached [s].
 
-Given to both sides, so that what was recorded stays comparable where the project changes its margin or its horizon.
+Both sides get these values, so that the recorded torques stay comparable if the project changes its margin or horizon.
 """
 
 GAINS = MotionGains(stiffness=[900.0, 900.0, 900.0, 1600.0, 1600.0, 1600.0])
 
 REGULARISATION = 1e-8
-"""What TSID adds to the diagonal of every cost (DEFAULT_HESSIAN_REGULARIZATION in its solvers/fwd.hpp)."""
+"""Number that TSID adds to the diagonal of every cost (DEFAULT_HESSIAN_REGULARIZATION in its solvers/fwd.hpp)."""
 
 
 class Case(NamedTuple):
-    """One state, one reference, and the torques (nv,) that TSID gave [N·m]."""
+    """One state, one reference, and TSID's torques (nv,) [N·m]."""
 
     observation: Observation
     reference: Reference
@@ -41,17 +41,17 @@ class Case(NamedTuple):
 
 
 REGULAR = 0.11
-"""Smallest singular value of J in any case; below 0.1 the project bends what it is asked for, and TSID does not."""
+"""Smallest singular value of J in any case; below 0.1 the project changes the requested motion, and TSID does not."""
 
 FRAMES = {"wam7": "flange", "panda": "panda_hand_tcp"}
 
 
 RATE = VelocityLimit(arms.load("panda"), 1.0).horizon / HORIZON
-"""Of the control [Hz]."""
+"""Control rate [Hz]."""
 
 
 class JointLimits(NamedTuple):
-    """What `ArmModel` takes beside a Pinocchio model; friction and motors that share joints are nothing TSID knows."""
+    """Limits of an `ArmModel` without friction and shared motors, which TSID does not have."""
 
     q_lower: np.ndarray
     q_upper: np.ndarray
@@ -86,7 +86,7 @@ def our_controller(name: str, regularisation: float = REGULARISATION) -> Operati
 
 
 def draw(arm: ArmModel, rng: np.random.Generator, demand: float) -> tuple[Observation, Reference]:
-    """A state and a reference that asks for more the larger `demand` is: 0.1 is gentle, 10 saturates the arm."""
+    """Return a state and a reference whose motion grows with `demand`: 0.1 is gentle, 10 saturates the arm."""
     while True:
         q = arm.q_lower + (arm.q_upper - arm.q_lower) * rng.uniform(0.1, 0.9, arm.nv)
         if np.linalg.svd(arm.update(q, np.zeros(arm.nv)).J, compute_uv=False)[-1] > REGULAR:
@@ -94,8 +94,8 @@ def draw(arm: ArmModel, rng: np.random.Generator, demand: float) -> tuple[Observ
     speed = SPEED * arms.load(arm.name).velocity_limit
     v = min(0.1 * demand, 0.97) * speed * rng.uniform(-1.0, 1.0, arm.nv)
     pose = arm.update(q, v).pose
-    # Larger errors are asked for at a bounded speed by the project's law, and not by TSID's: the rest of the demand is
-    # in the acceleration.
+    # The project's law corrects larger errors at a bounded speed, and TSID's does not. The rest of the demand is
+    # therefore in the acceleration.
     rotation = pin.exp3(min(0.02 * demand, 0.07) * rng.uniform(-1.0, 1.0, 3)) @ pose.rotation
     target = Pose(pose.translation + min(0.005 * demand, 0.03) * rng.uniform(-1.0, 1.0, 3), rotation)
     twist, acceleration = 0.1 * rng.uniform(-1.0, 1.0, 6), 5.0 * demand * rng.uniform(-1.0, 1.0, 6)

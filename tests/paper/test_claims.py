@@ -1,4 +1,4 @@
-"""The paper's claims: each holds, fails or stays open where it should, on attempts that are made up."""
+"""The paper's claims: each holds, fails or stays open as it should, on synthetic attempts."""
 
 import pytest
 

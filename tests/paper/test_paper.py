@@ -1,4 +1,4 @@
-"""`pilegrasp paper`: what it plans, what it costs, what it refuses; and a small real run."""
+"""`pilegrasp paper`: its plan, its cost, its errors, and a small real run."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""The ledger as files: JSON, page and figures, from a store that is made up."""
+"""The ledger as files: JSON, page and figures, from a synthetic store."""
 
 import json
 import re
@@ -128,5 +128,5 @@ def test_the_page_fits_the_screen_without_browser_errors(written, width):
     with Browser(find_chromium()) as browser:
         browser.open(written[0] / "index.html", width, 900)
         assert browser.evaluate("document.documentElement.scrollWidth") <= width
-        assert browser.complaints() == []
+        assert browser.console_errors() == []
         assert browser.evaluate("document.querySelectorAll('article').length") == 16

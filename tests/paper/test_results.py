@@ -1,4 +1,4 @@
-"""The results that are kept: the ledger follows from the attempts that lie beside it."""
+"""The kept results: the ledger follows from the attempts beside it."""
 
 import json
 import lzma
@@ -18,6 +18,6 @@ def test_the_ledger_follows_from_the_attempts(tmp_path):
         claims = ledger_documents(judge_claims(gather_evidence(store)))
     kept = json.loads((RESULTS / "claims.json").read_text(encoding="utf-8"))["claims"]
     for claim in (*claims, *kept):
-        # Of the recordings only some are kept.
+        # Only some of the recordings are kept.
         claim.pop("recordings")
     assert json.loads(json.dumps(claims)) == kept

@@ -62,7 +62,7 @@ def test_a_row_holds_what_a_single_run_gives(study):
 def test_the_first_seed_of_each_condition_left_a_recording(study):
     store, _ = study
     recorded = [recording_of(store, row).is_file() for row in store.attempts()]
-    # One that raised has nothing to show.
+    # An attempt that raised leaves no recording.
     assert recorded == [True, False, True, False, False, False]
     row = store.attempts()[0]
     assert Recording.load(recording_of(store, row)).meta["config_hash"] == row.config_hash

@@ -1,4 +1,4 @@
-"""The store of a study: what it keeps, what it refuses, and how it counts."""
+"""The store of a study: its content, its errors and its counts."""
 
 import json
 import sqlite3
@@ -200,7 +200,7 @@ def test_counts_and_wilson_intervals(store, counts):
     store.add([report(counts[0], 9, 0, error="the pile did not come to rest"), report(counts[1], 0)])
     row, other = summarise(store)
     assert (row.n, row.successes, row.multiple, row.triggered, row.errors) == (10, 8, 2, 8, 1)
-    # Wilson 1927: the ends are where the score test is just not rejected.
+    # Wilson 1927: at the ends of the interval the score test is just not rejected.
     for end in (row.ci_low, row.ci_high):
         score = (row.rate - end) / (end * (1.0 - end) / row.n) ** 0.5
         assert abs(score) == pytest.approx(norm.ppf(0.975))

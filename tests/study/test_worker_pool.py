@@ -1,4 +1,4 @@
-"""Worker processes: which are replaced, what is repeated, and when they end."""
+"""Worker processes: their replacement, the repetition of work items, and their end."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""The search over gains: what it stores, what it refuses, what it finds, and the page it writes."""
+"""The search over gains: its store, its errors, its result and its page."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""What a search over gains measures, how it chooses, and where the loop begins to ring."""
+"""The measures of a search over gains, its choice, and the stability margin."""
 
 from dataclasses import replace
 from types import SimpleNamespace

@@ -97,7 +97,7 @@ def test_a_tick_that_keeps_memory_is_found():
 
 @pytest.mark.parametrize("solver", ["daqp", "osqp"])
 def test_the_naive_tick_solves_the_project_s_problem(lines, solver):
-    """The Panda's line is free of friction, singular postures and active limits, where the two would differ."""
+    """The Panda's line has no friction, singular postures or active limits, which would make the two differ."""
     line = lines["panda"]
     controller = OperationalSpaceController(line.arm, posture=line.source.posture, rate=RATE)
     naive = peers.naive_tick(line, solver)
@@ -110,9 +110,9 @@ def test_the_naive_tick_solves_the_project_s_problem(lines, solver):
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("peer", ["mink", "pink"])
 def test_the_kinematic_peers_move_the_same_arm(lines, name, peer):
-    """Where no limit binds, their step is the least-squares one with the project's own Jacobian and pose error."""
+    """Without an active limit, their step is the least-squares step with the project's Jacobian and pose error."""
     line = lines[name]
-    # On the line itself the error is too small to tell anything, and much farther ahead the speed limits bind.
+    # On the line itself the error is too small for a comparison, and much farther ahead the speed limits are active.
     ahead = line._replace(references=line.references[3:], observations=line.observations[:-3])
     (tick,) = [item.tick(ahead) for item in peers.PEERS if item.key == peer]
     if isinstance(tick, str):

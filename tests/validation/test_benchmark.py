@@ -48,7 +48,7 @@ def few_interpreters():
 
 @pytest.fixture(scope="module")
 def measured(few_interpreters):
-    """A result and the progress that was shown on the way."""
+    """Return a result, and the progress that was shown."""
     shown = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(benchmark, "PEERS", (*peers.PEERS, ABSENT, BROKEN))

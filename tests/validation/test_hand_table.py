@@ -1,4 +1,4 @@
-"""What the hands do is what their page says and what was asked of them."""
+"""The measurements of the hands agree with their page and with the requested values."""
 
 import math
 import re

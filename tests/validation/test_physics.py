@@ -1,4 +1,4 @@
-"""Checks of the physics that take seconds, what they are made of, and that the page shows what is checked."""
+"""The fast checks of the physics, their parts, and the page that shows all checks."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""The camera looks from where least hides the scene."""
+"""The camera looks from the side from which the scene is hidden least."""
 
 from __future__ import annotations
 

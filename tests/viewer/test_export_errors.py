@@ -1,4 +1,4 @@
-"""What is said when a picture or a movie cannot be written, and what is left behind."""
+"""Errors of pictures and movies that cannot be written, and the files that remain."""
 
 from __future__ import annotations
 

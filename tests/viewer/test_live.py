@@ -209,7 +209,7 @@ def test_the_page_shows_the_attempt(attempt):
         view.close()
         browser.wait_for_picture()
         assert browser.evaluate("document.getElementById('verdict').textContent") == "Success"
-        assert browser.complaints() == []
+        assert browser.console_errors() == []
         assert {r.split("/")[2] for r in browser.requests() if not r.startswith("data:")} == {view.url.split("/")[2]}
 
 

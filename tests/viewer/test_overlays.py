@@ -1,4 +1,4 @@
-"""What the page draws beside the bodies, without a browser: contacts, fingers, the push's funnel, the wrist wrench."""
+"""The overlays of the page, without a browser: contacts, fingers, the push's funnel, the wrist wrench."""
 
 from __future__ import annotations
 

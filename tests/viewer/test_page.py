@@ -1,4 +1,4 @@
-"""The page as one file: it asks for nothing, and hostile content stays text."""
+"""The page as one file: it requests nothing, and hostile content stays text."""
 
 from __future__ import annotations
 

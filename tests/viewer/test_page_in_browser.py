@@ -55,7 +55,7 @@ CHILDREN = 'Object.keys(pilegrasp.viewer.scene_tree.find(["FOLDER"]).children).l
 
 
 def assert_quiet(browser, file):
-    assert browser.complaints() == []
+    assert browser.console_errors() == []
     elsewhere = [address for address in browser.requests() if not address.startswith("data:")]
     assert set(elsewhere) <= {file.resolve().as_uri()}
 
