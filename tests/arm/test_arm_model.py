@@ -1,3 +1,5 @@
+"""An arm's kinematics and dynamics are consistent, and its limits, friction and errors are those of its files."""
+
 import numpy as np
 import pinocchio as pin
 import pytest

@@ -1,3 +1,5 @@
+"""Impedance control: forces in steady contact, the inertia that a push meets, and the dead band."""
+
 import numpy as np
 import pytest
 

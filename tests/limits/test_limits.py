@@ -1,3 +1,5 @@
+"""Limits bound the accelerations so that speeds, positions and torques stay within the arm's."""
+
 import numpy as np
 import pytest
 

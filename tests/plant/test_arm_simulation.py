@@ -1,3 +1,5 @@
+"""The simulated arm obeys mechanics: energy, joint friction, contact, payload and sensor noise."""
+
 import numpy as np
 import pinocchio as pin
 import pytest

@@ -1,3 +1,5 @@
+"""The measured gain and phase of a closed loop are those of its transfer function."""
+
 import numpy as np
 import pytest
 

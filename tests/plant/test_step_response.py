@@ -1,3 +1,5 @@
+"""The measured step response of a closed loop is that of a second-order system."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Every solver finds the optimum within all bounds, and an answer counts only if its residuals are small."""
+
 import sys
 from typing import get_args
 

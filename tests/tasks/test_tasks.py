@@ -1,3 +1,5 @@
+"""Tasks ask for the accelerations of their laws, and gains are checked before they are used."""
+
 import numpy as np
 import pinocchio as pin
 import pytest

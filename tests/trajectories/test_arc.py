@@ -1,3 +1,5 @@
+"""An arc is smooth, keeps its geometry, and stays within its speeds and accelerations."""
+
 import numpy as np
 import pinocchio as pin
 import pytest

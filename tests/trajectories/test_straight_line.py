@@ -1,3 +1,5 @@
+"""Straight lines are smooth, reach their goal, and stay within their speeds and accelerations."""
+
 import numpy as np
 import pinocchio as pin
 import pytest
