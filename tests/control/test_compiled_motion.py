@@ -1,4 +1,4 @@
-"""The compiled period answers as the Python code does, or leaves the period to it."""
+"""The compiled code gives the torques of the Python code, or leaves the period to it."""
 
 import sys
 
@@ -14,7 +14,7 @@ from pilegrasp_ctrl.types import MassProperties, Observation, Pose, Reference
 
 pytest.importorskip("numba", reason="compiled control is the optional extra 'fast'")
 AGREEMENT = 1e-9
-"""Of the torques [N·m]; they differ because sums are taken in another order."""
+"""Largest allowed difference of a torque [N·m]; sums are taken in another order."""
 
 
 @pytest.fixture(params=ARMS)
@@ -26,7 +26,7 @@ def both(arm, **arguments):
     return (OperationalSpaceController(arm, compiled=compiled, **arguments) for compiled in (False, True))
 
 
-def used(controller, state, reference):
+def runs_compiled(controller, state, reference):
     return controller._compiled.step(state, reference) is not None
 
 
@@ -54,11 +54,11 @@ def test_the_torques_are_those_of_the_python_code(arm, friction, mask, weight):
             state = arm.update(q, v)
             reference = reference_near(state, rng, size)
             observation = Observation(0.0, q, v)
-            long, short = plain.step(observation, reference), compiled.step(observation, reference)
-            np.testing.assert_allclose(short.command.torque, long.command.torque, rtol=0.0, atol=AGREEMENT)
-            np.testing.assert_allclose(short.acceleration, long.acceleration, rtol=1e-9, atol=1e-6)
-            assert short.active_limits == long.active_limits
-            count += used(compiled, state, reference)
+            expected, output = plain.step(observation, reference), compiled.step(observation, reference)
+            np.testing.assert_allclose(output.command.torque, expected.command.torque, rtol=0.0, atol=AGREEMENT)
+            np.testing.assert_allclose(output.acceleration, expected.acceleration, rtol=1e-9, atol=1e-6)
+            assert output.active_limits == expected.active_limits
+            count += runs_compiled(compiled, state, reference)
     assert count > 50, "the comparison must be of the compiled period"
 
 
@@ -69,26 +69,26 @@ def test_limits_that_are_left_out_are_left_out_in_compiled_code_too(arm, limits)
     state = arm.update(q, np.zeros(arm.nv))
     reference = Reference(state.pose.moved([0.01, 0.0, 0.0]))
     observation = Observation(0.0, q, np.zeros(arm.nv))
-    assert used(compiled, state, reference)
-    long, short = plain.step(observation, reference), compiled.step(observation, reference)
-    np.testing.assert_allclose(short.command.torque, long.command.torque, rtol=0.0, atol=AGREEMENT)
+    assert runs_compiled(compiled, state, reference)
+    expected, output = plain.step(observation, reference), compiled.step(observation, reference)
+    np.testing.assert_allclose(output.command.torque, expected.command.torque, rtol=0.0, atol=AGREEMENT)
 
 
 def test_an_unusual_period_is_left_to_the_python_code(arm):
     _, compiled = both(arm)
     q, still = HOME[arm.name], np.zeros(arm.nv)
     state = arm.update(q, still)
-    assert used(compiled, state, Reference(state.pose))
+    assert runs_compiled(compiled, state, Reference(state.pose))
     far = Reference(state.pose.moved([0.5, 0.0, 0.0]))
-    assert not used(compiled, state, far)
+    assert not runs_compiled(compiled, state, far)
     half_a_turn = Reference(Pose(state.translation, np.diag([1.0, -1.0, -1.0]) @ state.rotation))
-    assert not used(compiled, state, half_a_turn)
+    assert not runs_compiled(compiled, state, half_a_turn)
     nan = Reference.trusted(state.pose, np.full(6, np.nan), np.zeros(6))
-    assert not used(compiled, state, nan)
+    assert not runs_compiled(compiled, state, nan)
     fast = arm.update(q, 0.99 * arm.velocity_limit)
-    assert not used(compiled, fast, Reference(fast.pose, fast.twist))
+    assert not runs_compiled(compiled, fast, Reference(fast.pose, fast.twist))
     stretched = arm.update(np.where(np.arange(arm.nv) == 3, 0.0 if arm.name == "wam7" else arm.q_upper[3], 0.0), still)
-    assert not used(compiled, stretched, Reference(stretched.pose.moved([0.0, 0.0, 0.02])))
+    assert not runs_compiled(compiled, stretched, Reference(stretched.pose.moved([0.0, 0.0, 0.02])))
 
 
 def test_a_whole_motion_ends_at_the_same_pose():

@@ -17,19 +17,19 @@ def arm(request):
 def test_under_saturation_the_heavier_axes_keep_their_acceleration(arm):
     q, v = HOME[arm.name], np.zeros(7)
     state = arm.update(q, v)
-    wish = np.array([6.0, 6.0, 3.0, 200.0, -200.0, 200.0])
+    wanted = np.array([6.0, 6.0, 3.0, 200.0, -200.0, 200.0])
     weak = without_friction(arm.name, torque_limit=np.abs(state.h) + 0.1 * arm.torque_limit)
 
-    def missed(weight):
+    def residuals(weight):
         controller = OperationalSpaceController(weak, weight=weight, limits=["torque"], friction=False)
-        output = controller.step(Observation(0.0, q, v), Reference(state.pose, acceleration=wish))
+        output = controller.step(Observation(0.0, q, v), Reference(state.pose, acceleration=wanted))
         assert output.active_limits
-        residual = state.J @ output.acceleration - wish
+        residual = state.J @ output.acceleration - wanted
         return np.linalg.norm(residual[:3]), np.linalg.norm(residual[3:])
 
-    place, turn = missed([1e4] * 3 + [1.0] * 3), missed([1.0] * 3 + [1e4] * 3)
-    assert place[0] < 0.5 * turn[0]
-    assert turn[1] < 0.5 * place[1]
+    linear_first, angular_first = residuals([1e4] * 3 + [1.0] * 3), residuals([1.0] * 3 + [1e4] * 3)
+    assert linear_first[0] < 0.5 * angular_first[0]
+    assert angular_first[1] < 0.5 * linear_first[1]
 
 
 def test_active_limits_are_named_by_joint_and_side(arm):
