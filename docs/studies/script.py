@@ -48,7 +48,7 @@ def seed_range(first: int, last: int) -> range:
         ConfigurationError: The range is empty.
     """
     if last <= first:
-        raise ConfigurationError(f"there is no seed from {first} to {last - 1}; raise LAST above {first}")
+        raise ConfigurationError(f"the range from {first} to {last} holds no seed; give a LAST above {first}")
     return range(first, last)
 
 

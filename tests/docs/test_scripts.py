@@ -91,5 +91,5 @@ def test_without_pybullet_the_comparison_says_how_to_get_it():
 @pytest.mark.parametrize("last", [3, 0])
 def test_a_range_without_a_seed_is_refused(last):
     assert seed_range(3, 5) == range(3, 5)
-    with pytest.raises(ConfigurationError, match=f"no seed from 3 to {last}"):
+    with pytest.raises(ConfigurationError, match=f"the range from 3 to {last} holds no seed"):
         seed_range(3, last)
