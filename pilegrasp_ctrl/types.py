@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .exceptions import ArgumentError
 
 Array = NDArray[np.float64]
+"""Type of every array of numbers."""
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 """Acceleration of gravity (3,) if the world's z axis points up [m/s²]."""

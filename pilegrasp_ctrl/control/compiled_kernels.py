@@ -17,9 +17,13 @@ import numpy as np
 from numba import types
 
 _VECTOR = types.Array(types.float64, 1, "A", readonly=True)
+"""Compiled type of an input vector."""
 _MATRIX = types.Array(types.float64, 2, "A", readonly=True)
+"""Compiled type of an input matrix."""
 _OUT_VECTOR = types.Array(types.float64, 1, "C")
+"""Compiled type of a vector to fill."""
 _OUT_MATRIX = types.Array(types.float64, 2, "C")
+"""Compiled type of a matrix to fill."""
 
 _MIN_COSINE = -0.9
 """Cosine of the error's angle below which the usual formula of the rotation vector loses digits; chosen."""

@@ -24,8 +24,10 @@ _TOOL_PRIORITY = 100.0
 With it the other joints compensate an elbow at its limit. They do not compensate a saturated wrist, whose inertia is a
 thousandth of a shoulder's.
 """
-_MIN_ELAPSED, _MAX_ELAPSED = 0.5, 1.5
-"""Elapsed time, in control periods, within which the last call counts as one period ago; chosen."""
+_MIN_ELAPSED = 0.5
+"""Smallest elapsed time, in control periods, with which the last call counts as one period ago; chosen."""
+_MAX_ELAPSED = 1.5
+"""Largest elapsed time, in control periods, with which the last call counts as one period ago; chosen."""
 
 
 class _Period(NamedTuple):
@@ -165,7 +167,7 @@ class InertiaWeightedDynamics(InverseDynamics):
         return state.M + _TOOL_PRIORITY * J.T.dot(self._factor.solve(J))
 
     def _relax_bounds(self, state: ArmState, time: float | None) -> None:
-        """Move the bounds outwards by what the environment took from the acceleration of the last period.
+        """Move the bounds outwards by the acceleration that the environment took away in the last period.
 
         They never move inwards, because such a bound would answer an impact with the full torque.
         """

@@ -15,7 +15,7 @@ VELOCITY_MARGIN = 0.05
 FRICTION_VELOCITY_MARGIN = 0.07
 """Fraction of a speed limit that is kept in reserve for an arm with joint friction; see `VelocityLimit`."""
 POSITION_MARGIN = 0.002
-"""Distance kept from a position limit [rad]; chosen for what a period's constant acceleration neglects."""
+"""Distance kept from a position limit [rad]; chosen; covers the error of a constant acceleration over a period."""
 MIN_STOPPING_TIME = 0.05
 """Shortest time in which a joint needs to stop from full speed [s]; chosen."""
 _DEFAULT_SPEED = 2.0

@@ -83,7 +83,7 @@ class ArmSimulation:
             payload: Point mass at the tool frame's origin that the model does not know [kg].
             environment: Environment that touches the tool. Every stage of the integration evaluates it, so a stiffness
                 k on a tool of mass m needs steps well below sqrt(m / k).
-            noise: Noise on what the controller observes.
+            noise: Noise on the controller's observations; None for none.
             seed: Seed of the noise.
 
         Raises:

@@ -73,7 +73,7 @@ class Solution(NamedTuple):
 
     Attributes:
         x: (n,) Solution.
-        slack: (2, n + m) Distances to the lower and to the upper bounds; negative where a bound is exceeded.
+        slack: (2, n + m) Distances to the lower and to the upper bounds; negative for an exceeded bound.
         margin: Smallest of these distances.
         relaxed: Whether the bounds on x had to be softened.
     """

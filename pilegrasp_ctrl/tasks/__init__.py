@@ -1,1 +1,1 @@
-"""What the arm is asked to do, as weighted least-squares rows in the joint accelerations."""
+"""Tasks of the arm, as weighted least-squares rows in the joint accelerations."""

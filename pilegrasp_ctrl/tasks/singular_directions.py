@@ -13,6 +13,7 @@ from ..types import Array
 from .posture_task import POSTURE_WEIGHT
 
 _REGULAR = ComputationInfo.Success
+"""Outcome of a Cholesky factorisation whose matrix is positive definite."""
 
 
 class SingularDirections:
