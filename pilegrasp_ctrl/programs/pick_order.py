@@ -184,7 +184,7 @@ class PickOrder:
             outcomes += done
             after = read_state()
             delivered = self.count_delivered(after.poses) - delivered_before
-            reason = "" if delivered else failure or "no held object reached the order's crate"
+            reason = "" if delivered else failure or "nothing of what was held reached the order's crate"
             self._failed_lines = [] if delivered else [*self._failed_lines, line]
             self.attempts.append(PickAttempt(line.name, held, delivered, reason, before.time, after.time))
             if delivered >= missing:
@@ -213,7 +213,7 @@ class PickOrder:
             if not held:
                 failure = NOTHING_HELD
             elif held > missing:
-                failure = f"{held} objects held, but only {missing} missing; dropped back"
+                failure = f"{held} held where {missing} were missing: dropped back"
                 done += run_primitives((Release(RELEASE_TIME, "drop_back"),), False)
             else:
                 delivery = Carry(self._delivery, CARRY_SPEED, 1.0, "deliver"), Release(RELEASE_TIME)

@@ -100,7 +100,7 @@ def test_more_objects_than_missing_are_dropped_back():
     assert world.fill() is None
     first, second, third = world.order.attempts
     assert (first.delivered, second.held, second.delivered, third.delivered) == (3, 2, 0, 1)
-    assert second.reason == "2 objects held, but only 1 missing; dropped back"
+    assert second.reason == "2 held where 1 were missing: dropped back"
     assert world.order.count_delivered(world.poses) == 4
 
 
