@@ -29,6 +29,7 @@ FLOAT32_ARRAY = 0x17
 """MessagePack extension that meshcat's decoder turns into a Float32Array (meshcat.geometry.threejs_type)."""
 
 Array = NDArray[np.float32]
+"""Array of single-precision floats, as three.js takes it."""
 
 
 def packed(array: NDArray[Any]) -> umsgpack.Ext:

@@ -32,7 +32,7 @@ def viewer_script() -> str:
     """Return meshcat's viewer with its licences, read from the installed package without importing it.
 
     Raises:
-        ExportError: Meshcat is not installed or carries no viewer.
+        ExportError: Meshcat is not installed or has no viewer.
     """
     spec = importlib.util.find_spec("meshcat")
     if spec is None or spec.origin is None:

@@ -18,7 +18,7 @@ const sceneView = (() => {
   // The scene is z-up and the viewer's world y-up.
   const world = ([x, y, z]) => new MeshCat.THREE.Vector3(x, z, -y);
 
-  // The camera stands at the nearest point of the line of sight that shows every corner of the action's box, and a
+  // The camera is at the nearest point of the line of sight that shows every corner of the action's box, and a
   // sixth nearer, because the corners are empty.
   function frame(viewer, { low, high, direction }) {
     const target = world(low).add(world(high)).multiplyScalar(0.5);

@@ -88,7 +88,7 @@ def _mark(axes: Axes, event: Event) -> str:
 def timeline(recording: Recording, summary: Summary, window: tuple[float, float]) -> str:
     """Return the figure: bands, marks of the events, lanes, ticks, and one cursor that the page's script moves.
 
-    The figure shows the time between the two ends of `window` [s] and carries them in `data-start` and `data-end`.
+    The figure shows the time between the two ends of `window` [s] and keeps them in `data-start` and `data-end`.
     """
     start, end = window
     end = end if end > start else start + 1.0

@@ -14,7 +14,7 @@ from .application import DebugOption, JsonOption, app, make_console, print_json
 
 @app.command("list")
 def list_scenarios(
-    tag: Annotated[str | None, typer.Option(metavar="TAG", help="Only the scenarios that carry this tag.")] = None,
+    tag: Annotated[str | None, typer.Option(metavar="TAG", help="Only the scenarios with this tag.")] = None,
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
@@ -25,7 +25,7 @@ def list_scenarios(
     scenarios = [load_scenario(name) for name in names()]
     tags = sorted({known for scenario in scenarios for known in scenario.tags})
     if tag is not None and tag not in tags:
-        raise ConfigurationError(f"no scenario carries the tag {tag!r}; the tags are {', '.join(tags)}")
+        raise ConfigurationError(f"no scenario has the tag {tag!r}; the tags are {', '.join(tags)}")
     rows = [scenario for scenario in scenarios if tag is None or tag in scenario.tags]
     if as_json:
         print_json([{"name": row.name, "tags": list(row.tags), "summary": row.summary} for row in rows])

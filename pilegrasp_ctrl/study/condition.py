@@ -1,4 +1,4 @@
-"""Conditions of a study: scenarios, and the values that tell them apart."""
+"""Conditions of a study: scenarios, and the values in which they differ."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Condition:
 
     Attributes:
         scenario: Complete scenario.
-        varied: Values that tell the condition from the study's others, by dotted key or by any other name.
+        varied: Values in which the conditions of the study differ, by dotted key or by any other name.
     """
 
     scenario: Scenario

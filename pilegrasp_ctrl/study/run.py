@@ -200,5 +200,5 @@ def _record_of(record: Record, first: bool) -> str:
 
 
 def _report_death(item: WorkItem, times: int) -> AttemptReport:
-    error = f"the worker process died {times} times while it ran this attempt, perhaps for lack of memory"
+    error = f"the worker process died {times} times while it ran this attempt, perhaps because memory was too small"
     return AttemptReport(item.config_hash, item.seed, None, error)

@@ -126,8 +126,8 @@ def run_trials(
 
 def _raise_worker_died(work: TrialWork, deaths: int) -> NoReturn:
     raise SimulationError(
-        f"{deaths} worker processes died with trial {work.number}, perhaps for lack of memory; finished trials are "
-        "kept; run the same command again with fewer --jobs"
+        f"{deaths} worker processes died with trial {work.number}, perhaps because memory was too small; finished "
+        "trials are kept; run the same command again with fewer --jobs"
     )
 
 

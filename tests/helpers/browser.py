@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import stat
 from pathlib import Path
@@ -25,10 +24,6 @@ class Browser(Chromium):
         self.resize(width, height)
         self.call("Page.navigate", url=url)
         self.wait_for("document.readyState === 'complete'")
-
-    def screenshot(self, file: Path) -> None:
-        """Write the window as PNG."""
-        file.write_bytes(base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"]))
 
     def _named(self, method: str) -> list[dict[str, Any]]:
         return [event["params"] for event in self.events if event["method"] == method]

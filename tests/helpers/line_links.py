@@ -10,7 +10,6 @@ from typing import NamedTuple
 from places import ROOT
 
 PATTERN = re.compile(r'\]\((?P<target>[^()\s#]+)#L(?P<line>\d+) "(?P<text>[^"]+)"\)')
-BARE = re.compile(r"\]\([^()\s#]+#L\d+\)")
 
 
 class LineLink(NamedTuple):

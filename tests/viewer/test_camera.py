@@ -62,7 +62,7 @@ def test_the_camera_leaves_its_preferred_view_for_one_that_hides_a_hundredth_les
     preferred, second = directions()[:2]
     np.testing.assert_allclose(preferred, (0.0, -np.cos(np.deg2rad(24)), np.sin(np.deg2rad(24))), atol=1e-12)
     np.testing.assert_allclose(second, (0.0, -np.cos(np.deg2rad(42)), np.sin(np.deg2rad(42))), atol=1e-12)
-    # A small pane that stands in the preferred view alone hides the square of its opacity.
+    # A small pane in the preferred view hides the square of its opacity.
     pane = ((0.03, 0.005, 0.03), (0.0, -0.2, 0.03 + 0.2 * np.tan(np.deg2rad(24))))
     for hidden, chosen in ((0.008, preferred), (0.012, second)):
         scene = beside(("support", pane[0], np.sqrt(hidden), pane[1]))
