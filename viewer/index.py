@@ -11,7 +11,7 @@ from pathlib import Path
 from string import Template
 
 from pilegrasp_ctrl.statistics import wilson
-from pilegrasp_ctrl.viewer.index_rows import AttemptRow
+from pilegrasp_ctrl.viewer.index_rows import IndexRow
 
 _HERE = Path(__file__).parent
 
@@ -31,16 +31,16 @@ class Links:
     pairs: Mapping[str, str] = field(default_factory=dict)
 
 
-def _labels(rows: Sequence[AttemptRow]) -> list[str]:
+def _labels(rows: Sequence[IndexRow]) -> list[str]:
     return list(dict.fromkeys(label for row in rows for label, _ in row.condition))
 
 
-def _condition_cells(row: AttemptRow, labels: Sequence[str]) -> str:
+def _condition_cells(row: IndexRow, labels: Sequence[str]) -> str:
     values = dict(row.condition)
     return "".join(f"<td>{escape(values.get(label, ''))}</td>" for label in labels)
 
 
-def _condition(number: int, rows: Sequence[AttemptRow], labels: Sequence[str], links: Links) -> str:
+def _condition(number: int, rows: Sequence[IndexRow], labels: Sequence[str], links: Links) -> str:
     n, successes = len(rows), sum(row.success is True for row in rows)
     low, high = wilson(successes, n)
     errors = sum(row.success is None for row in rows)
@@ -59,7 +59,7 @@ def _condition(number: int, rows: Sequence[AttemptRow], labels: Sequence[str], l
     )
 
 
-def _attempt(number: int, row: AttemptRow, labels: Sequence[str], links: Links) -> str:
+def _attempt(number: int, row: IndexRow, labels: Sequence[str], links: Links) -> str:
     state = {True: "success", False: "failure", None: "error"}[row.success]
     page, picture = links.pages.get(row.stem), links.pictures.get(row.stem)
     shown = "open" if picture is None else ""
@@ -75,11 +75,11 @@ def _attempt(number: int, row: AttemptRow, labels: Sequence[str], links: Links) 
     )
 
 
-def index_page(title: str, rows: Sequence[AttemptRow], links: Links | None = None) -> str:
+def index_page(title: str, rows: Sequence[IndexRow], links: Links | None = None) -> str:
     """Return the study as one HTML document that loads nothing but, by its links, the pages of the recordings."""
     links = links or Links()
     labels = _labels(rows)
-    groups: dict[str, list[AttemptRow]] = {}
+    groups: dict[str, list[IndexRow]] = {}
     for row in rows:
         groups.setdefault(row.config_hash, []).append(row)
     number = {config_hash: index for index, config_hash in enumerate(groups)}

@@ -15,7 +15,7 @@ from pilegrasp_ctrl.files import STUDY_FILE
 
 
 @dataclass(frozen=True, slots=True)
-class AttemptRow:
+class IndexRow:
     """One attempt of a study.
 
     Attributes:
@@ -44,7 +44,7 @@ class AttemptRow:
         return f"{self.config_hash}-{self.seed}"
 
 
-def read_attempts(folder: Path) -> list[AttemptRow]:
+def read_attempts(folder: Path) -> list[IndexRow]:
     """Return the attempts of `folder/study.db`, in the order of the database.
 
     Raises:
@@ -95,7 +95,7 @@ def _parsed(content: Any) -> Any:
         return None
 
 
-def _row(config_hash: Any, seed: Any, condition: Any, result: Any, error: Any) -> AttemptRow:
+def _row(config_hash: Any, seed: Any, condition: Any, result: Any, error: Any) -> IndexRow:
     varied = _parsed(condition)
     varied = varied if isinstance(varied, dict) else {"condition": text(condition, 80)}
     found = _parsed(result)
@@ -112,7 +112,7 @@ def _row(config_hash: Any, seed: Any, condition: Any, result: Any, error: Any) -
         ended = plain(text(lookup(last, "trigger"), 120))
         words = text(lookup(found, "reason")) or (f"{text(lookup(last, 'name'), 40)}: {ended}" if ended else "")
     safe = "".join(letter for letter in text(config_hash, 80) if letter.isalnum() or letter in "_-")
-    return AttemptRow(
+    return IndexRow(
         config_hash=safe,
         seed=seed if isinstance(seed, int) else 0,
         condition=tuple((text(key, 60), text(value, 60)) for key, value in varied.items()),

@@ -15,7 +15,7 @@ from pilegrasp_ctrl.viewer.chromium import Chromium, require_chromium
 from pilegrasp_ctrl.viewer.html import own_script, write_html
 
 Progress = Callable[[int, int], None]
-"""A callback that gets the number of finished pictures and the number of all pictures."""
+"""A callback that gets the number of finished files or pictures, and the number of all."""
 
 THUMBNAIL_SIZE = (320, 200)
 """Width and height of a thumbnail [px]: twice its size on the page of a study, for screens with small pixels."""

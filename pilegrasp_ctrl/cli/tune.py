@@ -81,7 +81,7 @@ def tune(
     check_seeds(numbers)
     search = plan_search(chosen, out, start=start, seeds=numbers, late=late)
 
-    from ..tuning.analysis import explain
+    from ..tuning.analysis import analyse_search
     from ..tuning.results import write_results
 
     with _progress(chosen.name) as progress:
@@ -90,10 +90,10 @@ def tune(
         except KeyboardInterrupt:
             print(f"stopped; finished trials are kept in {out}; the same command runs the rest", file=sys.stderr)
             raise
-        explanation = explain(search, store, jobs, progress)
+        analysis = analyse_search(search, store, jobs, progress)
     options = {"--controller": controller, "--trials": trials, "--seeds": seeds, "--jobs": jobs, "--start": start}
     command = _command(scenario, {**options, "--late": late or None}, settings or [], out)
-    document = write_results(explanation, command)
+    document = write_results(analysis, command)
     if as_json:
         print_json(document)
     else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from ..analysis.motion import annotate
@@ -13,14 +13,11 @@ from ..recording import Recording
 from ..viewer import chromium
 from ..viewer.html import write_html
 from ..viewer.index import Links
-from ..viewer.index_rows import AttemptRow, read_scenario
-from ..viewer.stills import thumbnails
-
-Progress = Callable[[int, int], None]
-"""A callback that gets the number of finished files and the number of all files."""
+from ..viewer.index_rows import IndexRow, read_scenario
+from ..viewer.stills import Progress, thumbnails
 
 
-def record_attempts(folder: Path, rows: Sequence[AttemptRow], number: int, progress: Progress) -> int:
+def record_attempts(folder: Path, rows: Sequence[IndexRow], number: int, progress: Progress) -> int:
     """Repeat and record attempts that have no recording; return how many.
 
     Args:
@@ -58,7 +55,7 @@ def record_attempts(folder: Path, rows: Sequence[AttemptRow], number: int, progr
     return len(chosen)
 
 
-def write_pages(folder: Path, rows: Sequence[AttemptRow], progress: Progress) -> Links:
+def write_pages(folder: Path, rows: Sequence[IndexRow], progress: Progress) -> Links:
     """Write the pages that are missing or older than their recording, and return the links to all.
 
     One success and one failure of each condition have a page side by side. Thumbnails need a browser.

@@ -67,7 +67,7 @@ class SweepPoint:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Explanation:
+class SearchAnalysis:
     """A finished search and its analysis.
 
     Attributes:
@@ -91,7 +91,9 @@ class Explanation:
     sweeps: dict[str, list[SweepPoint]]
 
 
-def explain(search: Search, store: TuningStore, jobs: int = 1, progress: Progress | None = None) -> Explanation:
+def analyse_search(
+    search: Search, store: TuningStore, jobs: int = 1, progress: Progress | None = None
+) -> SearchAnalysis:
     """Return the analysis of a finished search; results of an earlier run are read from the store.
 
     Raises:
@@ -109,7 +111,7 @@ def explain(search: Search, store: TuningStore, jobs: int = 1, progress: Progres
     known = sum(record.report.measured is not None for record in records) >= MIN_TRIALS
     sweeps = _sweeps(search, store, best, jobs, progress) if known else {}
     importance = _importance(store.study) if known else {}
-    return Explanation(search, records, pareto_front(records), rule, start, chosen, importance, sweeps)
+    return SearchAnalysis(search, records, pareto_front(records), rule, start, chosen, importance, sweeps)
 
 
 def _contender(search: Search, store: TuningStore, record: TrialRecord) -> Contender:

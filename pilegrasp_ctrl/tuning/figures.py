@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..study.charts import figure_style, page_colours, svg_element
-from .analysis import AXIS_NAMES, Contender, Explanation, SweepPoint
+from .analysis import AXIS_NAMES, Contender, SearchAnalysis, SweepPoint
 from .objectives import MEASURE_NAMES, UNITS, Measured, objective_names
 from .stability_margin import MAX_RINGING
 from .store import TrialRecord
@@ -32,22 +32,22 @@ _KINDS = ((False, "x", BAD, "rings too early"), (True, "o", SOFT, "keeps the mar
 
 
 @figure_style(INK, SOFT, RULE)
-def trade_off(explanation: Explanation, x: str) -> str:
+def trade_off(analysis: SearchAnalysis, x: str) -> str:
     """Return a plot of tracking over another objective, with all trials, the front, the start and the best."""
     figure, axes = _panel(WIDE)
-    rows = [record for record in explanation.records if record.report.measured is not None]
+    rows = [record for record in analysis.records if record.report.measured is not None]
     for kept, marker, colour, label in _KINDS:
         chosen = [record for record in rows if record.report.feasible is kept]
         if chosen:
             style: dict[str, Any] = {"facecolor": "none"} if kept else {}
             axes.scatter(*_plane(chosen, x), s=16, marker=marker, color=colour, linewidth=0.9, label=label, **style)
-    front = explanation.front
-    if len(front) > 1 and len(objective_names(explanation.search.scenario)) == 2:
+    front = analysis.front
+    if len(front) > 1 and len(objective_names(analysis.search.scenario)) == 2:
         axes.plot(*_plane(front, x), color=FRONT, linewidth=1.2, zorder=1)
     axes.scatter(*_plane(front, x), s=16, color=FRONT, label="Pareto front")
     for contender, marker, colour, label in (
-        (explanation.start, "^", START, "start"),
-        (explanation.best, "*", BEST, "best"),
+        (analysis.start, "^", START, "start"),
+        (analysis.best, "*", BEST, "best"),
     ):
         if contender.record.report.measured is not None:
             size = 150 if marker == "*" else 70
@@ -59,10 +59,10 @@ def trade_off(explanation: Explanation, x: str) -> str:
 
 
 @figure_style(INK, SOFT, RULE)
-def history(explanation: Explanation) -> str:
+def history(analysis: SearchAnalysis) -> str:
     """Return the tracking error of every trial, and the smallest with margin so far."""
     figure, axes = _panel(WIDE)
-    rows = [record for record in explanation.records if record.report.measured is not None]
+    rows = [record for record in analysis.records if record.report.measured is not None]
     errors = [_of(record, "tracking") if record.report.feasible else np.inf for record in rows]
     numbers = [record.number for record in rows]
     for kept, marker, colour, _ in _KINDS:
@@ -73,7 +73,7 @@ def history(explanation: Explanation) -> str:
             chosen_numbers = [record.number for record in chosen]
             axes.scatter(chosen_numbers, tracking, s=14, marker=marker, color=colour, linewidth=0.9, **style)
     axes.step(numbers, np.minimum.accumulate(errors), where="post", color=BEST, label="smallest with margin so far")
-    failed = [record.number for record in explanation.records if record.report.measured is None]
+    failed = [record.number for record in analysis.records if record.report.measured is None]
     for place, number in enumerate(failed):
         axes.axvline(number, color=BAD, linewidth=0.6, label="not completed" if place == 0 else None)
     axes.set(yscale="log", xlabel="trial", ylabel=LABELS["tracking"])
@@ -83,29 +83,29 @@ def history(explanation: Explanation) -> str:
 
 
 @figure_style(INK, SOFT, RULE)
-def step_panel(explanation: Explanation, axis: int) -> str:
+def step_panel(analysis: SearchAnalysis, axis: int) -> str:
     """Return the responses of start and best to a step along one axis, as a share of it."""
     figure, axes = _panel(SMALL)
     axes.axhline(1.0, color=SOFT, linewidth=0.6)
     for contender, colour, style, label in (
-        (explanation.start, START, "--", "start"),
-        (explanation.best, BEST, "-", "best"),
+        (analysis.start, START, "--", "start"),
+        (analysis.best, BEST, "-", "best"),
     ):
         response = contender.responses[axis]
         if response is not None:
             covered = 1.0 - response.error[:, axis] / response.step[axis]
             axes.plot(1e3 * response.time, covered, style, color=colour, label=label)
-    axes.set(title=AXIS_NAMES[axis], xlabel="time [ms]", xlim=(0.0, 1e3 * _moving(explanation)), ylim=(-0.1, 1.6))
+    axes.set(title=AXIS_NAMES[axis], xlabel="time [ms]", xlim=(0.0, 1e3 * _moving(analysis)), ylim=(-0.1, 1.6))
     axes.grid(axis="y")
     axes.legend(loc="lower right")
     return svg_element(figure, f"step response, {AXIS_NAMES[axis]}", COLOURS)
 
 
 @figure_style(INK, SOFT, RULE)
-def margin_panel(explanation: Explanation) -> str:
+def margin_panel(analysis: SearchAnalysis) -> str:
     """Return the ringing over the factor on the stiffness, as simulated and a control period later."""
     figure, axes = _panel(WIDE)
-    for contender, colour, label in ((explanation.start, START, "start"), (explanation.best, BEST, "best")):
+    for contender, colour, label in ((analysis.start, START, "start"), (analysis.best, BEST, "best")):
         for late, margin in contender.margins.items():
             factors, ringing = np.array(margin.probes).T
             name = label if late == 0 else f"{label}, {late} period{'s' if late > 1 else ''} later"
@@ -120,12 +120,12 @@ def margin_panel(explanation: Explanation) -> str:
 
 
 @figure_style(INK, SOFT, RULE)
-def sweep_panel(explanation: Explanation, name: str) -> str:
+def sweep_panel(analysis: SearchAnalysis, name: str) -> str:
     """Return the objectives over one gain, in multiples of their values at the best."""
     figure, axes = _panel(SMALL)
-    points = explanation.sweeps[name]
+    points = analysis.sweeps[name]
     known = [point for point in points if point.measured is not None]
-    centre = _value(explanation, name)
+    centre = _value(analysis, name)
     reference = min(known, key=lambda point: abs(np.log(point.value / centre)), default=None)
     if reference is not None:
         for objective, colour, style in (("tracking", BEST, "-"), ("activity", FRONT, "--"), ("overshoot", START, ":")):
@@ -136,7 +136,7 @@ def sweep_panel(explanation: Explanation, name: str) -> str:
         if point.rings:
             axes.axvline(point.value, color=BAD, linewidth=5.0, alpha=0.25)
     axes.axvline(centre, color=INK, linewidth=0.8)
-    unit = explanation.search.space.units[name]
+    unit = analysis.search.space.units[name]
     label = f"{name.replace('_', ' ')}{'' if unit == '1' else f' [{unit}]'}"
     axes.set(xscale="log", yscale="log", xlabel=label, ylabel="multiple of the best")
     _plain_ticks(axes)
@@ -144,10 +144,10 @@ def sweep_panel(explanation: Explanation, name: str) -> str:
     return svg_element(figure, f"objectives over {name}", COLOURS)
 
 
-def _moving(explanation: Explanation) -> float:
+def _moving(analysis: SearchAnalysis) -> float:
     """Return a tenth more than the time in which the slowest response comes within 1 % of its end [s]."""
     last = 0.05
-    for contender in (explanation.start, explanation.best):
+    for contender in (analysis.start, analysis.best):
         for axis, response in enumerate(contender.responses):
             if response is not None:
                 error = response.error[:, axis] / response.step[axis]
@@ -156,8 +156,8 @@ def _moving(explanation: Explanation) -> float:
     return 1.1 * last
 
 
-def _value(explanation: Explanation, name: str) -> float:
-    return explanation.search.space.rounded(explanation.best.record.values)[name]
+def _value(analysis: SearchAnalysis, name: str) -> float:
+    return analysis.search.space.rounded(analysis.best.record.values)[name]
 
 
 def _relative(known: Sequence[SweepPoint], reference: SweepPoint, objective: str) -> list[float] | None:

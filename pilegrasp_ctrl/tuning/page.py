@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .analysis import AXIS_NAMES, SWEEP, Contender, Explanation
+from .analysis import AXIS_NAMES, SWEEP, Contender, SearchAnalysis
 from .figures import count_limited_responses, history, margin_panel, step_panel, sweep_panel, trade_off
 from .objectives import LEVER, MEASURE_NAMES, UNITS, Measured, objective_names
 from .stability_margin import MAX_STEP, OVERSHOOT, SWING, Margin
@@ -20,40 +20,40 @@ from .trial import REQUIRED_MARGIN
 _TEMPLATE = Path(__file__).with_name("page.html")
 
 
-def page(explanation: Explanation, document: Mapping[str, Any], command: str) -> str:
+def page(analysis: SearchAnalysis, document: Mapping[str, Any], command: str) -> str:
     """Return the page as HTML.
 
     Args:
-        explanation: Analysis of the search.
+        analysis: Analysis of the search.
         document: JSON document of the command line.
         command: Command of the user.
     """
-    search, names = explanation.search, objective_names(explanation.search.scenario)
-    panels = [trade_off(explanation, name) for name in names[1:]]
+    search, names = analysis.search, objective_names(analysis.search.scenario)
+    panels = [trade_off(analysis, name) for name in names[1:]]
     return Template(_TEMPLATE.read_text(encoding="utf-8")).substitute(
         title=escape(f"tune {search.scenario.name}"),
         scenario=escape(search.scenario.name),
         controller=escape(search.kind.replace("_", "-")),
-        verdict=escape(_verdict(document, explanation.start)),
-        rule=escape(explanation.rule[:1].upper() + explanation.rule[1:]),
-        tiles=_tiles(explanation, names),
-        gains=_gains_rows(explanation),
+        verdict=escape(_verdict(document, analysis.start)),
+        rule=escape(analysis.rule[:1].upper() + analysis.rule[1:]),
+        tiles=_tiles(analysis, names),
+        gains=_gains_rows(analysis),
         trade_off="".join(map(_figure, panels)),
-        history=_figure(history(explanation)),
-        steps="".join(_figure(step_panel(explanation, axis)) for axis in range(len(AXIS_NAMES))),
-        step_note=escape(_step_note(explanation)),
-        margin=_figure(margin_panel(explanation)),
-        margins=_margin_rows(explanation),
+        history=_figure(history(analysis)),
+        steps="".join(_figure(step_panel(analysis, axis)) for axis in range(len(AXIS_NAMES))),
+        step_note=escape(_step_note(analysis)),
+        margin=_figure(margin_panel(analysis)),
+        margins=_margin_rows(analysis),
         required=f"{REQUIRED_MARGIN:g}",
         late=f" with torques {_periods(search.late)} late" if search.late else "",
         swing=f"{100 * SWING:g}",
         overshoot=f"{100 * OVERSHOOT:g}",
         lever=f"{1e3 * LEVER:g}",
-        importance=_importance(explanation),
-        sweeps="".join(_figure(sweep_panel(explanation, name)) for name in explanation.sweeps),
+        importance=_importance(analysis),
+        sweeps="".join(_figure(sweep_panel(analysis, name)) for name in analysis.sweeps),
         widest=f"{SWEEP[-1]:g}",
-        head="".join(f"<th>{escape(text)}</th>" for text in _columns(explanation)) + "<th class='words'>outcome</th>",
-        rows="".join(_row(explanation, record) for record in explanation.records),
+        head="".join(f"<th>{escape(text)}</th>" for text in _columns(analysis)) + "<th class='words'>outcome</th>",
+        rows="".join(_row(analysis, record) for record in analysis.records),
         counts=escape(_counts(document)),
         command=escape(command),
         best=escape(str(document["files"]["gains"])),
@@ -61,7 +61,7 @@ def page(explanation: Explanation, document: Mapping[str, Any], command: str) ->
             f"pilegrasp run {search.scenario.name} --set controller.kind={search.kind} "
             f"--set controller.gains={document['files']['gains']}"
         ),
-        facts=_facts(explanation, document),
+        facts=_facts(analysis, document),
     )
 
 
@@ -91,13 +91,13 @@ def _figure(svg: str) -> str:
     return f"<figure>{svg}</figure>"
 
 
-def _tiles(explanation: Explanation, names: tuple[str, ...]) -> str:
-    start, best = (contender.record.report.measured for contender in (explanation.start, explanation.best))
+def _tiles(analysis: SearchAnalysis, names: tuple[str, ...]) -> str:
+    start, best = (contender.record.report.measured for contender in (analysis.start, analysis.best))
     tiles = [
         _tile(name, *(None if part is None else getattr(part, name) for part in (start, best)))
         for name in (*names, "position", "rotation")
     ]
-    return "".join(tiles) + _margin_tile(explanation)
+    return "".join(tiles) + _margin_tile(analysis)
 
 
 def _tile(measure: str, start: float | None, best: float | None) -> str:
@@ -108,9 +108,9 @@ def _tile(measure: str, start: float | None, best: float | None) -> str:
     )
 
 
-def _margin_tile(explanation: Explanation) -> str:
-    late = explanation.search.late
-    values = [_margin_text(part.margins[late]) for part in (explanation.start, explanation.best)]
+def _margin_tile(analysis: SearchAnalysis) -> str:
+    late = analysis.search.late
+    values = [_margin_text(part.margins[late]) for part in (analysis.start, analysis.best)]
     return (
         '<div class="tile"><b>stability margin <small>[×]</small></b>'
         f'<p><span class="start">{values[0]}</span> → <span class="best">{values[1]}</span></p></div>'
@@ -121,11 +121,11 @@ def _margin_text(margin: Margin) -> str:
     return f"{margin.factor:.2g}" if margin.limited else f"&gt; {margin.factor:g}"
 
 
-def _gains_rows(explanation: Explanation) -> str:
-    space = explanation.search.space
+def _gains_rows(analysis: SearchAnalysis) -> str:
+    space = analysis.search.space
     rows = []
     for name, (low, high) in space.bounds.items():
-        cells = [number(space.rounded(part.record.values)[name]) for part in (explanation.start, explanation.best)]
+        cells = [number(space.rounded(part.record.values)[name]) for part in (analysis.start, analysis.best)]
         unit = "" if space.units[name] == "1" else f" [{space.units[name]}]"
         rows.append(
             f"<tr><th>{escape(name.replace('_', ' ') + unit)}</th><td class='start'>{cells[0]}</td>"
@@ -134,13 +134,13 @@ def _gains_rows(explanation: Explanation) -> str:
     return "".join(rows)
 
 
-def _margin_rows(explanation: Explanation) -> str:
+def _margin_rows(analysis: SearchAnalysis) -> str:
     rows = []
-    for late in explanation.start.margins:
+    for late in analysis.start.margins:
         name = "as simulated" if late == 0 else f"torques {_periods(late)} later"
         cells = "".join(
             f"<td class='{kind if part.margins[late].factor >= 1.0 else 'bad'}'>{_margin_text(part.margins[late])}</td>"
-            for kind, part in (("start", explanation.start), ("best", explanation.best))
+            for kind, part in (("start", analysis.start), ("best", analysis.best))
         )
         rows.append(f"<tr><th>{name}</th>{cells}</tr>")
     return "".join(rows)
@@ -150,45 +150,45 @@ def _periods(late: int) -> str:
     return f"{late} control period{'s' if late > 1 else ''}"
 
 
-def _step_note(explanation: Explanation) -> str:
+def _step_note(analysis: SearchAnalysis) -> str:
     text = (
         f"The reference jumps by {1e3 * MAX_STEP[0]:g} mm or {1e3 * MAX_STEP[1]:g} mrad, one axis at a time. "
         "A response should arrive at 1; joint friction holds an arm whose response stops short of it."
     )
-    for name, part in (("start", explanation.start), ("best", explanation.best)):
+    for name, part in (("start", analysis.start), ("best", analysis.best)):
         if count := count_limited_responses(part):
             text += f" A limit of torque or speed bent {count} of the six responses of the {name}."
     return text
 
 
-def _importance(explanation: Explanation) -> str:
-    if not explanation.importance:
+def _importance(analysis: SearchAnalysis) -> str:
+    if not analysis.importance:
         return "<p class='note'>Too few completed trials to say which gain matters.</p>"
     bars = "".join(
         f"<tr><th>{escape(name.replace('_', ' '))}</th><td class='bar'><i style='width:{100 * share:.1f}%'></i></td>"
         f"<td>{100 * share:.0f} %</td></tr>"
-        for name, share in explanation.importance.items()
+        for name, share in analysis.importance.items()
     )
     return f"<table class='bars'>{bars}</table>"
 
 
-def _columns(explanation: Explanation) -> list[str]:
-    gains = [name.replace("_", " ") for name in explanation.search.space.bounds]
-    measures = [f"{MEASURE_NAMES[name]} [{UNITS[name]}]" for name in objective_names(explanation.search.scenario)]
+def _columns(analysis: SearchAnalysis) -> list[str]:
+    gains = [name.replace("_", " ") for name in analysis.search.space.bounds]
+    measures = [f"{MEASURE_NAMES[name]} [{UNITS[name]}]" for name in objective_names(analysis.search.scenario)]
     return ["trial", *gains, *measures]
 
 
-def _row(explanation: Explanation, record: TrialRecord) -> str:
-    search, report = explanation.search, record.report
+def _row(analysis: SearchAnalysis, record: TrialRecord) -> str:
+    search, report = analysis.search, record.report
     values = search.space.rounded(record.values)
     cells = [f"<td>{number(values[name])}</td>" for name in search.space.bounds]
     cells += [f"<td>{_cell(report.measured, name)}</td>" for name in objective_names(search.scenario)]
     words = []
-    if record.number == explanation.best.record.number:
+    if record.number == analysis.best.record.number:
         words.append("<b class='best'>best</b>")
     if record.number == 0:
         words.append("<b class='start'>start</b>")
-    if any(record.number == other.number for other in explanation.front):
+    if any(record.number == other.number for other in analysis.front):
         words.append("on the front")
     if report.measured is None:
         words.append(f"<span class='bad'>failed: {escape(report.reason)}</span>")
@@ -210,8 +210,8 @@ def _counts(document: Mapping[str, Any]) -> str:
     )
 
 
-def _facts(explanation: Explanation, document: Mapping[str, Any]) -> str:
-    search = explanation.search
+def _facts(analysis: SearchAnalysis, document: Mapping[str, Any]) -> str:
+    search = analysis.search
     controller, sensor = search.scenario.controller, search.scenario.sensor
     facts = {
         "seeds": ", ".join(map(str, search.seeds)),

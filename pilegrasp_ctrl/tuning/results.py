@@ -9,7 +9,7 @@ from typing import Any
 from ..files import write_output
 from ..provenance import versions
 from ..tasks.gains import load_gains
-from .analysis import Contender, Explanation
+from .analysis import Contender, SearchAnalysis
 from .gain_space import gains_table, gains_text
 from .objectives import UNITS, objective_names
 from .page import page
@@ -17,54 +17,54 @@ from .search import Search
 from .stability_margin import Margin
 
 
-def write_results(explanation: Explanation, command: str) -> dict[str, Any]:
+def write_results(analysis: SearchAnalysis, command: str) -> dict[str, Any]:
     """Write `best.toml`, `trials.csv` and `index.html`, and return the document that `--json` prints.
 
     Args:
-        explanation: Analysis of the search.
+        analysis: Analysis of the search.
         command: Command of the user, for the page.
 
     Raises:
         ExportError: A file cannot be written.
     """
-    folder = explanation.search.folder
-    write_output(folder / "best.toml", best_text(explanation).encode(), "gains")
-    write_output(folder / "trials.csv", trials_csv(explanation).encode(), "table")
-    document = as_document(explanation)
-    write_output(folder / "index.html", page(explanation, document, command).encode(), "page")
+    folder = analysis.search.folder
+    write_output(folder / "best.toml", best_text(analysis).encode(), "gains")
+    write_output(folder / "trials.csv", trials_csv(analysis).encode(), "table")
+    document = as_document(analysis)
+    write_output(folder / "index.html", page(analysis, document, command).encode(), "page")
     return document
 
 
-def best_text(explanation: Explanation) -> str:
+def best_text(analysis: SearchAnalysis) -> str:
     """Return the text of the file of the proposed gains, with their origin at its head."""
-    search, best = explanation.search, explanation.best
+    search, best = analysis.search, analysis.best
     measured = best.record.report.measured
     facts = [] if measured is None else [f"{name} {value:.3g} {UNITS[name]}" for name, value in _facts(measured)]
     comment = (
         f"Gains found by pilegrasp tune for {search.scenario.name}, {search.kind}: trial {best.record.number} of "
-        f"{len(explanation.records)}.\n{', '.join(facts)}.\n"
+        f"{len(analysis.records)}.\n{', '.join(facts)}.\n"
         f"Stiffness can grow by a factor of {best.margins[search.late]} before the loop rings."
     )
     return gains_text(best.gains, comment)
 
 
-def trials_csv(explanation: Explanation) -> str:
+def trials_csv(analysis: SearchAnalysis) -> str:
     """Return every trial as one line of CSV; the names of the columns contain the units."""
-    names = [*explanation.search.space.bounds]
+    names = [*analysis.search.space.bounds]
     measures = [*UNITS]
     columns = ["trial", "state", *names]
     columns += [f"{name}_{UNITS[name].replace('%', 'percent')}" for name in measures]
     columns += ["ringing", "ringing_at_margin", "on_front", "chosen", "success", "wall_time_s", "gains", "reason"]
-    front = {record.number for record in explanation.front}
+    front = {record.number for record in analysis.front}
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(columns)
-    for record in explanation.records:
+    for record in analysis.records:
         report = record.report
-        values = explanation.search.space.rounded(record.values)
+        values = analysis.search.space.rounded(record.values)
         cells = [None] * len(measures) if report.measured is None else [getattr(report.measured, x) for x in measures]
         ringing = report.ringing or (None, None)
-        file = explanation.search.gains_file(record.number).relative_to(explanation.search.folder)
+        file = analysis.search.gains_file(record.number).relative_to(analysis.search.folder)
         writer.writerow(
             [
                 record.number,
@@ -73,7 +73,7 @@ def trials_csv(explanation: Explanation) -> str:
                 *cells,
                 *ringing,
                 int(record.number in front),
-                int(record.number == explanation.best.record.number),
+                int(record.number == analysis.best.record.number),
                 report.success,
                 report.wall_time,
                 file,
@@ -83,10 +83,10 @@ def trials_csv(explanation: Explanation) -> str:
     return buffer.getvalue()
 
 
-def as_document(explanation: Explanation) -> dict[str, Any]:
+def as_document(analysis: SearchAnalysis) -> dict[str, Any]:
     """Return the search and its result as JSON values."""
-    search, records = explanation.search, explanation.records
-    start, best = explanation.start.record.report.measured, explanation.best.record.report.measured
+    search, records = analysis.search, analysis.records
+    start, best = analysis.start.record.report.measured, analysis.best.record.report.measured
     names = objective_names(search.scenario)
     improvement = {
         name: getattr(start, name) / getattr(best, name)
@@ -106,11 +106,11 @@ def as_document(explanation: Explanation) -> dict[str, Any]:
             "seconds": sum(record.report.wall_time for record in records),
         },
         "objectives": {name: UNITS[name] for name in names},
-        "start": _contender(explanation.start, search),
-        "best": _contender(explanation.best, search),
+        "start": _contender(analysis.start, search),
+        "best": _contender(analysis.best, search),
         "improvement": improvement,
-        "rule": explanation.rule,
-        "importance": explanation.importance,
+        "rule": analysis.rule,
+        "importance": analysis.importance,
         "versions": versions("optuna"),
         "files": {
             "gains": str(folder / "best.toml"),
