@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..exceptions import ModelError
 from ..types import STANDARD_GRAVITY, Array, MassProperties, Pose
-from .loading import read_arm_folder, read_urdf
+from .loading import frame_id, read_arm_folder, read_urdf
 from .state import ArmState
 
 _MAX_CONDITION = 1e6
@@ -84,15 +84,15 @@ class ArmModel:
             raise ModelError(
                 f"{name}: joint {odd[0]!r} is neither revolute nor prismatic; lock it, or give it limits in the URDF"
             )
-        if not model.existFrame(tool_frame):
-            known = ", ".join(frame.name for frame in model.frames[-8:])
-            raise ModelError(f"{name}: no frame {tool_frame!r} for the tool; the last ones of the model are {known}")
+        try:
+            self._frame = frame_id(model, tool_frame)
+        except ModelError as error:
+            raise ModelError(f"{name}: {error}") from None
         self.name, self.tool_frame = name, tool_frame
         self.nv: int = model.nv
         self.joint_names = tuple(model.names)[1:]
         self._model = pin.Model(model)
         self._data = self._model.createData()
-        self._frame = self._model.getFrameId(tool_frame)
         self._zero = np.zeros(self.nv)
         self._one = np.zeros(2 * self.nv + 1)
         self._one[-1] = 1.0
@@ -251,11 +251,17 @@ class ArmModel:
         # One copy of the placement is cheaper than one of its translation and one of its rotation.
         placement = pin.updateFramePlacement(model, data, frame).homogeneous
         J = pin.getFrameJacobian(model, data, frame, _WORLD_ALIGNED)
+        if nv == 1:
+            # The bindings return a matrix of one column as a vector.
+            M, J = M.reshape(1, 1), J.reshape(6, 1)
         Jdot_v = pin.getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED).vector
         return ArmState(x, q, v, M, h, J, Jdot_v, placement[:3, 3], placement[:3, :3], J.dot(v))
 
     def _limit(self, value: ArrayLike | None, default: Array, what: str) -> Array:
-        array = np.array(default if value is None else value, dtype=np.float64)
+        try:
+            array = np.array(default if value is None else value, dtype=np.float64)
+        except (TypeError, ValueError):
+            array = np.full(0, np.nan)
         if array.shape != (self.nv,) or np.isnan(array).any():
             joints = ", ".join(self.joint_names)
             raise ModelError(f"{self.name}: {what} must be {self.nv} numbers, one for each of {joints}")

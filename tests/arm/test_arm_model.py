@@ -163,15 +163,6 @@ def test_an_error_names_the_file_that_cannot_be_used(tmp_path):
         ArmModel.load("hands/shovel")
 
 
-def test_an_error_names_a_continuous_joint(tmp_path):
-    text = panda_urdf().read_text()
-    (tmp_path / "endless.urdf").write_text(
-        text.replace('name="panda_joint7" type="revolute"', 'name="panda_joint7" type="continuous"')
-    )
-    with pytest.raises(ModelError, match="'panda_joint7'"):
-        ArmModel.from_urdf(tmp_path / "endless.urdf", "panda_hand_tcp")
-
-
 def test_a_joint_can_be_locked_at_a_given_position():
     names = {"panda_finger_joint1": 0.0, "panda_finger_joint2": 0.0}
     locked = ArmModel.from_urdf(panda_urdf(), "panda_hand_tcp", locked_joints={**names, "panda_joint7": 0.3})
