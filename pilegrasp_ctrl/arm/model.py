@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from math import isfinite
 from os import PathLike
 from pathlib import Path
+from threading import local
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -28,7 +30,7 @@ class ArmModel:
     """A fixed-base arm of revolute or prismatic joints, with one tool frame.
 
     `load` makes an arm that ships with the library, `from_urdf` any other. The model does not change after
-    construction, and its limits are read-only arrays.
+    construction, and its limits are read-only arrays. Threads may share it: each has buffers of its own.
 
     Attributes:
         name: Name of the arm, for error messages.
@@ -92,7 +94,7 @@ class ArmModel:
         self.nv: int = model.nv
         self.joint_names = tuple(model.names)[1:]
         self._model = pin.Model(model)
-        self._data = self._model.createData()
+        self._buffers = local()
         self._zero = np.zeros(self.nv)
         self._one = np.zeros(2 * self.nv + 1)
         self._one[-1] = 1.0
@@ -244,7 +246,7 @@ class ArmModel:
         if not isfinite(x.dot(x)):
             raise ModelError(f"{self.name}: q or v holds a value that is not finite: {x.tolist()}")
         q, v = x[:nv], x[nv:-1]
-        model, data, frame = self._model, self._data, self._frame
+        model, data, frame = self._model, self._thread_data(), self._frame
         M = pin.crba(model, data, q, _WORLD)
         h = pin.nonLinearEffects(model, data, q, v)
         pin.forwardKinematics(model, data, q, v, self._zero)
@@ -256,6 +258,23 @@ class ArmModel:
             M, J = M.reshape(1, 1), J.reshape(6, 1)
         Jdot_v = pin.getFrameClassicalAcceleration(model, data, frame, _WORLD_ALIGNED).vector
         return ArmState(x, q, v, M, h, J, Jdot_v, placement[:3, 3], placement[:3, :3], J.dot(v))
+
+    def _thread_data(self) -> pin.Data:
+        """Return Pinocchio's buffers of the present thread."""
+        try:
+            data: pin.Data = self._buffers.data
+        except AttributeError:
+            data = self._buffers.data = self._model.createData()
+        return data
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_buffers"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, _buffers=local())
+        for value in state.values():
+            if isinstance(value, np.ndarray) and value is not self._one:
+                value.setflags(write=False)
 
     def _limit(self, value: ArrayLike | None, default: Array, what: str) -> Array:
         try:

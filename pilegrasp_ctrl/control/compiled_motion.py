@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -40,6 +41,7 @@ class CompiledMotion:
                 "compiled control needs numba; `pip install pilegrasp[fast]`, or leave controller.compiled at false"
             ) from None
         self._assemble, self._judge = assemble, judge
+        self._arguments = dynamics, task, friction
         self._dynamics = dynamics
         n = dynamics.arm.nv
         numbers = (*task.thresholds(), dynamics.posture_root, *_friction_numbers(friction))
@@ -57,6 +59,10 @@ class CompiledMotion:
 
     def __repr__(self) -> str:
         return f"CompiledMotion({self._dynamics!r})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle by the arguments; see `InverseDynamics`."""
+        return type(self), self._arguments
 
     def step(self, state: ArmState, reference: Reference) -> ControllerOutput | None:
         """Return the torques for one control period, or None if the case is not the usual one."""

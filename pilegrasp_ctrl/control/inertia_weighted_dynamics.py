@@ -61,6 +61,8 @@ class InertiaWeightedDynamics(InverseDynamics):
     away in the last period. The last period is remembered for that.
     """
 
+    _memory = ("_last",)
+
     def __init__(
         self,
         arm: ArmModel,
@@ -82,7 +84,7 @@ class InertiaWeightedDynamics(InverseDynamics):
         self._pull_rate = np.full(arm.nv, posture.stiffness / posture.damping)
         self._posture_damping = np.full(arm.nv, posture.damping)
         self._last: _Period | None = None
-        self._of: ArmState | None = None
+        self._mobility_state: ArmState | None = None
 
     def mobility(self, state: ArmState) -> Array:
         """Return (6, 6) Lambda⁻¹ = J M⁻¹ Jᵀ of a state [1/kg, 1/(kg m), 1/(kg m²)]; `assemble` reuses it."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from time import perf_counter
+from typing import Any, ClassVar
 
 import numpy as np
 from eigenpy import LLT  # type: ignore[import-untyped]
@@ -57,6 +58,9 @@ class InverseDynamics:
         posture_root: Square root of the posture's weight.
     """
 
+    _memory: ClassVar[tuple[str, ...]] = ()
+    """Names of the attributes that outlast a period."""
+
     def __init__(
         self,
         arm: ArmModel,
@@ -87,6 +91,7 @@ class InverseDynamics:
         n = arm.nv
         if posture.target is not None and posture.target.shape != (n,):
             raise ConfigurationError(f"the posture has {len(posture.target)} entries; {arm.name} has {n} joints")
+        self._arguments = arm, task, posture, tuple(limits), solver, rate
         self.arm, self._task, self._posture = arm, task, posture
         self.posture_root = posture.sqrt_weight
         affine: list[AffineLimit] = []
@@ -125,6 +130,10 @@ class InverseDynamics:
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.arm!r}, {self._task!r}, solver={self.solver.name!r})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle by the arguments: views into one buffer would come apart if each were copied."""
+        return type(self), self._arguments, {name: getattr(self, name) for name in self._memory}
 
     def is_far(self, nearest: float) -> bool:
         """Return whether every bound is far enough away that joint friction cannot reach it. NaN counts as near.
