@@ -61,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _discard(stream: TextIO) -> None:
-    """Discard what is still in the buffer of a stream."""
+    """Discard the rest in the buffer of a stream."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 

@@ -74,7 +74,7 @@ def _progress() -> Iterator[Callable[[float, str], None]]:
         TimeElapsedColumn(),
         TextColumn("{task.description}"),
     )
-    # The bar is drawn by this thread only; a thread of its own would disturb what is measured.
+    # This thread alone draws the bar; another thread would disturb the measurement.
     with Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False) as bar:
         line = bar.add_task("", total=1.0)
         yield lambda fraction, what: bar.update(line, completed=fraction, description=escape(what), refresh=True)

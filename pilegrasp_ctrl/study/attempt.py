@@ -1,4 +1,4 @@
-"""One attempt of a study: what a worker gets, what it reports, and the row that the store keeps."""
+"""One attempt of a study: the work item of a worker, its report, and the row in the store."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class AttemptRow:
     Attributes:
         config_hash: Hash of the scenario.
         seed: Seed of the attempt.
-        condition: Scenario's name under "scenario", and what was varied.
+        condition: Scenario's name under "scenario", and the varied values.
         result: Values of `pilegrasp run --json` without times of a clock, and `measures` if there was a measure; None
             if the attempt raised.
         error: Sentence of the error that was raised, or None.

@@ -53,7 +53,7 @@ class ClusterPool:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Cancel what is under way, and leave the cluster running."""
+        """Cancel the work items under way, and leave the cluster running."""
         self._executor.shutdown(wait=False)
         self._client.close()
 

@@ -42,7 +42,7 @@ class Condition:
         return self.scenario.model_copy(update={"controller": controller, "pile": pile})
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain JSON values: the scenario's name and what is varied."""
+        """Return plain JSON values: the scenario's name and the varied values."""
         return {"scenario": self.scenario.name, **self.varied}
 
 

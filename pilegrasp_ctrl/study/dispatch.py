@@ -112,7 +112,7 @@ def dispatch(
 
 
 def _drain(ready: SimpleQueue[Any]) -> Iterator[Any]:
-    """Yield what is in the queue; wait for the first."""
+    """Yield the entries of the queue; wait for the first."""
     yield ready.get()
     while True:
         try:

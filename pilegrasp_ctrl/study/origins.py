@@ -54,7 +54,7 @@ def compare(known: Mapping[str, str], asked: Mapping[str, str], where: str, reme
     for name, identity in asked.items():
         if known.get(name, identity) != identity:
             if _is_digest(known[name]):
-                reason = f"{name} differs from what it was for {where}"
+                reason = f"{name} has another digest here than for {where}"
             else:
                 reason = f"{name} is {known[name]} for {where}, and {identity} here"
             raise ConfigurationError(f"{reason}; {remedy}")

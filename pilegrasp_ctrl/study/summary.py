@@ -17,7 +17,7 @@ class SummaryRow:
     """The counts of one condition.
 
     Attributes:
-        condition: Scenario's name under "scenario", and what was varied.
+        condition: Scenario's name under "scenario", and the varied values.
         n: Number of attempts, including those that raised.
         successes: Number of successful attempts.
         rate: Success rate, successes / n.

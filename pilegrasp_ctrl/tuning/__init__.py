@@ -1,1 +1,1 @@
-"""The search over gains: which gains are tried, how they are judged, and the page that shows the result."""
+"""The search over gains: the gains that it tries, their judgement, and the page with the result."""

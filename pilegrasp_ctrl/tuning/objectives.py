@@ -98,8 +98,8 @@ def objective_names(scenario: Scenario) -> tuple[str, ...]:
 def measure(result: EpisodeResult, scenario: Scenario) -> Measured:
     """Return the measurements of one recorded attempt.
 
-    The torque counts by its changes. Holding the arm up costs the same with all gains, and an arm that sags away from
-    its reference needs a little less torque, which must not count in its favour.
+    The torque counts by its changes. Holding the arm up costs the same with all gains. An arm that sags away from its
+    reference needs a little less torque, which must not count as better.
 
     Raises:
         UnfinishedError: A primitive failed, or no free motion was recorded.
@@ -147,8 +147,8 @@ def _during(recording: Recording, outcome: Outcome) -> NDArray[np.bool_]:
 def _overshoot(recording: Recording, push: Outcome, scenario: Scenario) -> float:
     """Return the largest force along the push beyond F_grasp [N].
 
-    The sensor's first-order low-pass is inverted exactly for a force that is constant between samples: within a time t
-    it passes the share 1 - exp(-2 pi cutoff t) of a step. The tick that ends the push may lie between two samples. Its
+    The sensor's first-order low-pass is inverted exactly for a force that is constant between samples. Within a time t
+    the low-pass passes the share 1 - exp(-2 pi cutoff t) of a step. The tick that ends the push may lie between two samples. Its
     force is then the peak of the outcome, because the first force beyond F_grasp ends the push.
     """
     watched = (recording.signal_time >= push.start) & (recording.signal_time <= push.end + AFTER_TRIGGER)

@@ -112,8 +112,8 @@ def find_margin(probe: Probe, highest: float = MAX_FACTOR, resolution: float = R
 def ringing(response: StepResponse, torque_limit: Array) -> float:
     """Return how much a response rings; 1 and more rings.
 
-    It is the larger of two ratios: the swing of the torques in the last quarter over `SWING`, whether the tool moves or
-    not, and the overshoot over `OVERSHOOT`.
+    It is the larger of two ratios: the swing of the torques in the last quarter over `SWING`, and the overshoot over
+    `OVERSHOOT`. The swing counts even if the tool does not move.
 
     Args:
         response: Step response of the loop.

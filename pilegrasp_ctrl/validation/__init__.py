@@ -1,1 +1,1 @@
-"""What `pilegrasp doctor` and `pilegrasp bench` measure."""
+"""The measurements of `pilegrasp doctor` and `pilegrasp bench`."""

@@ -154,7 +154,7 @@ def test_a_recording_lies_beside_its_row(store, counts):
     ("asked", "sentence"),
     [
         ({"mujoco": "4.1.0"}, r"mujoco is 4\.0\.0 for .*study\.db, and 4\.1\.0 here; choose another folder"),
-        ({"robots/wam7": "sha256:b"}, "robots/wam7 differs from what it was for .*study.db; choose another folder"),
+        ({"robots/wam7": "sha256:b"}, "robots/wam7 has another digest here than for .*study.db; choose another folder"),
     ],
 )
 def test_a_study_of_another_origin_is_refused_and_left_alone(store, counts, asked, sentence):

@@ -1,1 +1,1 @@
-"""The benchmark: what a control period costs, beside others, and in the closed loop."""
+"""The benchmark: the time of a control period, beside other libraries and in the closed loop."""

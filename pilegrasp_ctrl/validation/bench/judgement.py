@@ -32,7 +32,7 @@ own ticks lay within 2 to 5 % of each other.
 
 
 def judge(rows: Sequence[Row], loop: Sequence[LoopRow]) -> tuple[Target, ...]:
-    """Return every target with what was measured.
+    """Return every target with its measured value.
 
     Args:
         rows: Ticks and peers; a peer's ratio is to the project's operational-space tick.
@@ -41,8 +41,8 @@ def judge(rows: Sequence[Row], loop: Sequence[LoopRow]) -> tuple[Target, ...]:
     targets: list[Target] = []
     ratios = {row.key: row.ratio for row in rows}
     for tick in rows:
-        arm, own, what = tick.key.partition(" operational space")
-        if tick.table != "tick" or not own or what not in ("", ", compiled"):
+        arm, own, suffix = tick.key.partition(" operational space")
+        if tick.table != "tick" or not own or suffix not in ("", ", compiled"):
             continue
         # Peers' ratios are to the tick that is not compiled.
         gain = (ratios[f"{arm} operational space"] or np.nan) / (tick.ratio or np.nan)
@@ -51,9 +51,9 @@ def judge(rows: Sequence[Row], loop: Sequence[LoopRow]) -> tuple[Target, ...]:
             ratio = None if ratio is None else ratio * gain
             if relation == "<=":
                 value = None if ratio is None else 1.0 / ratio
-                targets.append(_at_most(f"{arm}{what}: tick over {peer}'s", value, bound))
+                targets.append(_at_most(f"{arm}{suffix}: tick over {peer}'s", value, bound))
             else:
-                targets.append(_at_least(f"{arm}{what}: {peer}'s tick over the project's", ratio, bound))
+                targets.append(_at_least(f"{arm}{suffix}: {peer}'s tick over the project's", ratio, bound))
     for line in loop:
         push = line.phase.partition(",")[0] == "push"
         name = f"closed loop over bare physics, {line.phase}"

@@ -35,7 +35,7 @@ class Allocation(NamedTuple):
     """The memory of a tick, by tracemalloc, less the result of the same measurement of an empty function.
 
     Attributes:
-        peak_bytes: Most bytes held at any moment of a tick beyond what was held before it (median over ticks).
+        peak_bytes: Largest number of additional bytes held at any moment of a tick (median over ticks).
         kept_blocks: Number of Python objects that the answer of a tick keeps while it is held (median).
         kept_bytes: Size of these objects (median).
         growth_blocks: Number of additional Python objects after `ticks` further ticks whose answers were dropped.
@@ -80,7 +80,7 @@ class TickParts:
     """The operational-space tick with a clock read between its parts.
 
     The same calls as in `OperationalSpaceController.step`, made one by one, so that the parts exceed the tick by the
-    clock's own time only. "QP" is what the controller reports as its `solve_time`: the solver, and the check of the
+    clock's own time only. "QP" is the `solve_time` of the controller: the solver, and the check of the
     bounds at its answer. "torque" is the rest of the last call.
     """
 

@@ -29,8 +29,8 @@ class TsidController:
     """`InverseDynamicsFormulationAccForce` with an SE3 task, a posture task, torque and joint-speed bounds.
 
     The tool and the posture share the cost's level, weighted 1 and `posture.weight`; bounds are on the hard level. The
-    program is that of `OperationalSpaceController` without friction and position limits: TSID's error of an SE3 task
-    is `(p_ref - p, log(R_ref Rᵀ))` in world axes too, and its joint bounds are `(limit - v) / time step`.
+    program is that of `OperationalSpaceController` without friction and position limits. TSID's error of an SE3 task
+    is `(p_ref - p, log(R_ref Rᵀ))` in world axes too. Its joint bounds are `(limit - v) / time step`.
     """
 
     def __init__(

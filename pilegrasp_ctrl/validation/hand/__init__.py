@@ -1,1 +1,1 @@
-"""What the hands do on a bench and in an attempt, in numbers; and what the success owes to numbers nobody measured."""
+"""Measurements of the hands on a bench and in an attempt."""

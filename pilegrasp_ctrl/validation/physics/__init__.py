@@ -1,1 +1,1 @@
-"""Measurements on the models of an attempt, each against a number that comes from elsewhere."""
+"""Measurements on the models of an attempt, each compared with a formula, a setting or a publication."""

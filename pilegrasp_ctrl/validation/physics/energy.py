@@ -74,7 +74,7 @@ def bounce_gain(rig: ContactRig, where: str) -> float:
 def settling_gain(
     object_model: ObjectModel, count: int, layout: Layout, seed: int, timestep: float = SHIPPED_STEP
 ) -> float:
-    """Return the energy that a pile gains while it settles in its frame, as a share of what it loses."""
+    """Return the energy that a pile gains while it settles in its frame, as a share of its energy loss."""
     model = pile_model(object_model, count, layout, "paper", timestep)
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     data = mujoco.MjData(model)

@@ -58,8 +58,8 @@ def impact_depth(rig: ContactRig, where: str, speed: float) -> float:
 def passed_through(hand: str, count: int) -> int:
     """Push `count` balls, or the bare wall, at 0.7 m/s in an attempt; return the number of failures.
 
-    A failure is an object behind the wall or below the table at the end, or a stop by the watchdog, which looks for
-    contacts deeper than `MAX_PENETRATION` every 10 ms.
+    A failure is an object behind the wall or below the table at the end, or a stop by the watchdog. The watchdog looks
+    for contacts deeper than `MAX_PENETRATION` every 10 ms.
     """
     keys = {"hand": hand, "strategy.speed": MAX_SPEED, "pile.count": count}
     attempt = prepare(load_scenario("spheres_wall" if count else "push_wall", keys), 0)
