@@ -148,8 +148,8 @@ def _overshoot(recording: Recording, push: Outcome, scenario: Scenario) -> float
     """Return the largest force along the push beyond F_grasp [N].
 
     The sensor's first-order low-pass is inverted exactly for a force that is constant between samples. Within a time t
-    the low-pass passes the share 1 - exp(-2 pi cutoff t) of a step. The tick that ends the push may lie between two samples. Its
-    force is then the peak of the outcome, because the first force beyond F_grasp ends the push.
+    the low-pass passes the share 1 - exp(-2 pi cutoff t) of a step. The tick that ends the push may lie between two
+    samples. Its force is then the peak of the outcome, because the first force beyond F_grasp ends the push.
     """
     watched = (recording.signal_time >= push.start) & (recording.signal_time <= push.end + AFTER_TRIGGER)
     time = recording.signal_time[watched]

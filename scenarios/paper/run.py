@@ -19,8 +19,8 @@ from pilegrasp_ctrl.study.store import StudyStore
 FIGURES = "figures"
 """Folder of the figures, below the study's."""
 MEASURE = "pilegrasp_ctrl.analysis.motion.measure_attempt"
-"""Function that measures each recording; the study keeps its result. A study is refused
-after its measure's package has changed. The claims are in another package, so rewording one costs no attempts."""
+"""Function that measures each recording; the study keeps its result. A study is refused after its measure's package has
+changed. The claims are in another package, so rewording one costs no attempts."""
 
 
 def run_paper(
