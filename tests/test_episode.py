@@ -11,6 +11,8 @@ from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.robots import description
 
+pytestmark = pytest.mark.slow
+
 KEYS = [
     "scenario",
     "seed",
@@ -65,7 +67,6 @@ def summarised(outcomes):
 # --- the attempts of the paper ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 def test_beside_a_wall_the_hand_approaches_pushes_closes_and_lifts(grasp):
     assert summarised(grasp.outcomes) == [
         ("approach", "ended", "surface contact"),
@@ -100,7 +101,6 @@ def test_the_shovel_runs_the_same_primitives_and_tilts_back(scoop):
     assert scoop.grasped >= 1
 
 
-@pytest.mark.slow
 def test_without_a_support_the_push_does_not_reach_its_force_and_the_hand_does_not_close(alone):
     assert [(outcome.name, outcome.status) for outcome in alone.outcomes] == [("approach", "ended"), ("push", "failed")]
     push = alone.outcomes[1]
@@ -198,7 +198,6 @@ def saved(recording, file):
     return file.read_bytes()
 
 
-@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bits_with_and_without_the_cache(grasp, cache, tmp_path, monkeypatch):
     piles = {file: file.stat().st_mtime_ns for file in cache.rglob("*.npz")}
     assert piles

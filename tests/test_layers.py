@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -41,6 +42,7 @@ ONLY = {
 simulator does not import control."""
 
 
+@cache
 def modules() -> dict[str, Path]:
     """Return every module of the package, linked folders included, by its dotted name below the package."""
     found = {}

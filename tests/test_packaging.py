@@ -40,12 +40,14 @@ def wheel(built) -> set[str]:
         return set(archive.namelist())
 
 
+@pytest.mark.slow
 def test_the_wheel_installs_one_name(wheel):
     top = {name.partition("/")[0] for name in wheel}
     assert {name for name in top if not name.endswith(".dist-info")} == {"pilegrasp_ctrl"}
     assert len(top) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", LINKED)
 def test_the_wheel_holds_every_file_of_a_linked_folder(wheel, folder):
     assert (ROOT / "pilegrasp_ctrl" / folder).resolve() == ROOT / folder

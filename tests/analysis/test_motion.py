@@ -120,6 +120,7 @@ def attempt():
     return run("spheres_wall", seed=0, record=True, overrides={"pile.count": 5})
 
 
+@pytest.mark.slow
 def test_a_real_attempt_shows_the_pattern(attempt):
     found = measure(attempt.recording)
     push = next(outcome for outcome in attempt.outcomes if outcome.name == "push")

@@ -82,6 +82,7 @@ def test_a_real_attempt_end_to_end(tmp_path, scenario, settings):
     assert (tmp_path / "b.html").read_bytes() == (tmp_path / "a.html").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_real_doctor_finds_nothing_wrong(tmp_path):
     done = pilegrasp("doctor", "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -74,6 +74,7 @@ def named(name, normal, along, stiffness):
     return f"{name}, pressing along {normal}, sliding along {along}, {stiffness:g} N/m"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("normal", "along", "stiffness"), SLIDES)
 @pytest.mark.parametrize("name", ARMS)
 def test_the_force_is_kept_while_sliding_if_no_spring_acts_along_it(name, normal, along, stiffness):
@@ -94,6 +95,7 @@ def hybrid(arm, normal, **gains):
     return ContactImpedanceController.create(arm, impedance, HOME[arm.name], force_directions=normal, wrench_lag=LAG)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stiffness", WALLS)
 @pytest.mark.parametrize("name", ARMS)
 def test_the_remaining_spring_takes_its_share_of_the_force(name, stiffness):
@@ -213,6 +215,7 @@ def touch(arm, gains, normal, stiffness=1e4):
     return forces[first:]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("normal", [TO_WALL, DOWN])
 @pytest.mark.parametrize("name", ARMS)
 def test_the_hand_stays_in_contact_and_the_impact_is_that_of_its_inertia(name, normal):
@@ -254,6 +257,7 @@ def shaped(inertia):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_an_inertia_too_small_for_the_sensor_rings_and_is_rejected(name):
     arm = without_friction(name)

@@ -128,6 +128,7 @@ def test_with_payload_and_wrong_friction_the_error_is_below_0_15_mm(name, factor
     assert left[False, "ObservedController"] < 1.5e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_a_faster_approach_of_the_friction_feed_forward_reduces_the_pull_of_the_posture(name):
     arm, home = with_friction(name), HOME[name]
@@ -137,6 +138,7 @@ def test_a_faster_approach_of_the_friction_feed_forward_reduces_the_pull_of_the_
     assert np.linalg.norm(motion.error[-1, :3]) < 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("periods", "bandwidth", "quiet"),
     [(0, 250.0, True), (1, 250.0, True), (2, 200.0, True), (4, 50.0, True), (4, 100.0, False), (6, 20.0, False)],

@@ -39,6 +39,7 @@ def test_friction_is_compensated_within_a_millimetre_and_not_without_the_feed_fo
     assert turn[False].max() > 3.0 * turn[True].max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("factor", "rms", "rest"), [(0.7, 1.3e-3, 0.8e-3), (1.0, 0.5e-3, 1.2e-3), (1.3, 3.5e-3, 6e-3)])
 @pytest.mark.parametrize("name", ARMS)
 def test_friction_that_differs_from_the_model_costs_millimetres(name, factor, rms, rest):
@@ -86,6 +87,7 @@ def swing_at_rest(name, gain, late):
     return np.ptp(motion.error[-250:], axis=0).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("late", [0, 1, 2])
 @pytest.mark.parametrize("gain", [1.0, 2.0])
 @pytest.mark.parametrize("name", ARMS)

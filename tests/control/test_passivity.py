@@ -79,6 +79,7 @@ def largest_drop(values):
     return float(np.max(np.maximum.accumulate(values) - values))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gains", [SOFT, UNEVEN], ids=["even", "uneven"])
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("name", ARMS)

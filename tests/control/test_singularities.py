@@ -185,6 +185,7 @@ def test_the_stretched_arm_is_quiet_at_other_rates(rate):
     assert run.flips() <= 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("where", POSTURES)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_path_through_a_singular_posture_is_followed(name, where):
@@ -204,6 +205,7 @@ def test_a_path_through_a_singular_posture_is_followed(name, where):
     assert np.linalg.norm(run.error[-1]) < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("where", POSTURES)
 @pytest.mark.parametrize("name", ARMS)
 def test_the_tool_can_leave_a_singular_posture_along_its_lost_direction(name, where):
@@ -236,6 +238,7 @@ def test_a_step_of_one_metre_out_of_reach_and_back_ends_at_its_start(name):
     assert np.linalg.norm(run.error[-1]) < 1e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("true", [0.7, 1.0, 1.3])
 def test_with_joint_friction_the_stretched_arm_stays_within_its_limits(true):
     """The feed-forward divides by the same small singular values, but its velocities are bounded."""

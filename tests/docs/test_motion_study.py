@@ -52,6 +52,7 @@ def test_a_study_finds_the_measure_by_its_name():
     assert load_measure("pilegrasp_ctrl.analysis.motion.measure") is measure
 
 
+@pytest.mark.slow
 def test_the_script_measures_three_conditions(tmp_path, monkeypatch, capsys):
     asked = []
 

@@ -18,6 +18,8 @@ from pilegrasp_ctrl.scenarios.paper.run import write_results
 from pilegrasp_ctrl.study.attempt import AttemptReport
 from pilegrasp_ctrl.study.store import StudyStore
 
+pytestmark = pytest.mark.slow
+
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -46,7 +48,6 @@ def written(tmp_path_factory):
     return folder, document
 
 
-@pytest.mark.slow
 def test_the_document_is_what_was_returned_and_holds_every_claim(written):
     folder, document = written
     assert json.loads((folder / "claims.json").read_text()) == document
@@ -120,7 +121,6 @@ def test_a_claim_that_does_not_hold_shows_its_explanation(tmp_path, monkeypatch)
     assert "pilegrasp run this" in page
 
 
-@pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.skipif(find_chromium() is None, reason="no Chromium")
 @pytest.mark.parametrize("width", [390, 1280])

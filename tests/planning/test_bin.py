@@ -179,6 +179,7 @@ def test_an_object_that_touches_a_wall_is_not_a_collision():
     assert attempt.rims.find_collision(data) is None
 
 
+@pytest.mark.slow
 def test_an_arm_that_hits_the_rim_ends_its_primitive():
     """On a steeper floor the upright arm's elbow comes down on the near wall."""
     result = run("bin_picking", overrides=EMPTY | {"support.tilt_deg": 15.0, "strategy.clearance": 0.2})
@@ -187,6 +188,7 @@ def test_an_arm_that_hits_the_rim_ends_its_primitive():
     assert result.reason == "push: collision with the bin's rim: link4 at bin_near"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("support", ["wall", "corner"])
 def test_a_push_in_the_bin_reaches_its_goal_without_touching_the_rim(support):
     result = run("bin_picking", overrides=EMPTY | {"support.kind": support}, record=True)

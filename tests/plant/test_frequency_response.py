@@ -44,6 +44,7 @@ def test_the_operational_space_loop_is_its_transfer_function(arm, ratio, axis):
     assert response.active_limits == ()
 
 
+@pytest.mark.slow
 def test_feed_forward_of_velocity_and_acceleration_removes_the_lag(arm):
     response = frequency_response(
         arm, controller(arm), HOME[arm.name], 2, [1.0, 3.1], feedforward=True, rate=RATE, amplitude=0.002
@@ -68,6 +69,7 @@ def test_the_resonance_is_the_largest_gain():
     assert (response.resonance_peak, response.resonance_frequency) == (1.3, 2.0)
 
 
+@pytest.mark.slow
 def test_the_bandwidth_of_a_critically_damped_loop_is_that_of_the_textbook():
     """The textbook's condition is (1 + r²)² = 2 with r = ω / √K."""
     arm = without_friction("panda")
@@ -83,6 +85,7 @@ def test_frequencies_are_sorted_and_the_default_amplitude_is_small():
     assert response.amplitude == 0.02
 
 
+@pytest.mark.slow
 def test_friction_distorts_a_large_oscillation_less_than_a_small_one():
     arm, q = load("wam7"), HOME["wam7"]
     loop = OperationalSpaceController(arm, posture=q, friction=False)

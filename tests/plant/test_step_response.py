@@ -38,6 +38,7 @@ def textbook(time, ratio):
     return decay * (np.cos(damped * time) + ratio * w / damped * np.sin(damped * time))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.5, 1.0])
 @pytest.mark.parametrize(
     "step",
@@ -88,6 +89,7 @@ def test_a_payload_lowers_the_tool_by_its_weight_over_inertia_and_gain(arm):
     assert response.settling_time == np.inf
 
 
+@pytest.mark.slow
 def test_active_limits_change_the_response_and_are_named(arm):
     small, large = (
         step_response(arm, controller(arm), HOME[arm.name], displacement=(0.0, size, 0.0), rate=RATE, duration=2.0)

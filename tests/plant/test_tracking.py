@@ -13,6 +13,7 @@ def arm(request):
     return without_friction(request.param)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["line", "arc"])
 def test_without_friction_a_path_at_a_tenth_of_a_metre_per_second_is_tracked(arm, path):
     """The remaining error is the pull of the posture, which grows with the distance from it."""

@@ -46,6 +46,7 @@ def test_balls_lie_on_the_table_without_overlap(support):
     assert np.median(spread) < layout.frame_size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(OBJECT_MODELS))
 def test_every_object_settles(name):
     _, _, poses = settled(name, count=6)
@@ -169,6 +170,7 @@ def test_a_pile_that_never_stays_is_rejected(monkeypatch):
         settled(count=3)
 
 
+@pytest.mark.slow
 def test_a_pile_does_not_depend_on_the_processors_linear_algebra():
     code = (
         "import numpy as np; from pilegrasp_ctrl.sections import PileConfig, SupportConfig;"

@@ -253,6 +253,7 @@ def readings_in_motion(request):
     return [np.mean([wrench for which, wrench in readings if which == index], axis=0) for index in range(3)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("index", range(3))
 def test_a_known_push_is_read_within_two_percent_while_the_arm_moves(readings_in_motion, index):
     error = readings_in_motion[index] - PUSHES[index]

@@ -39,6 +39,7 @@ def study(tmp_path_factory):
         yield store, seen
 
 
+@pytest.mark.slow
 def test_an_attempt_that_raises_is_a_row_and_stops_no_other(study):
     store, _ = study
     rows = store.attempts(short_attempts())

@@ -53,6 +53,7 @@ def test_an_error_of_the_function_ends_all_workers(tmp_path):
     wait_until_gone(processes)
 
 
+@pytest.mark.slow
 def test_workers_that_cannot_start_are_an_error_with_the_remedy(tmp_path):
     script = tmp_path / "unguarded.py"
     script.write_text(

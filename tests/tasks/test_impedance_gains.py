@@ -75,6 +75,7 @@ def motion(inertia, damping, stiffness, force, times):
     return force / stiffness * (1.0 + (fast * np.exp(slow * times) - slow * np.exp(fast * times)) / (slow - fast))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", range(6))
 @pytest.mark.parametrize("name", ARMS)
 def test_the_preset_moves_as_its_mass_damper_and_spring_along_the_tool_s_axes(name, axis):

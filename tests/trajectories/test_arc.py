@@ -33,6 +33,7 @@ def test_twist_and_acceleration_are_derivatives_of_the_pose(arc):
         np.testing.assert_allclose(now.acceleration, (after.twist - before.twist) / (2 * step), atol=1e-4)
 
 
+@pytest.mark.slow
 def test_the_acceleration_is_continuous(arc):
     times = np.linspace(-0.01, arc.duration + 0.01, 4001)
     accelerations = np.array([arc.at(time).acceleration for time in times])

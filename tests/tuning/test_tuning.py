@@ -136,6 +136,7 @@ def test_a_trial_that_kills_its_worker_again_and_again_ends_the_search_and_keeps
     assert table(run_search(search(tmp_path), 22, function=made_up)) == whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "key"),
     [
@@ -265,6 +266,7 @@ def test_a_real_search_leaves_gains_table_page_and_json(tuned, capsys):
     assert all((out / row["gains"]).is_file() for row in rows)
 
 
+@pytest.mark.slow
 def test_the_best_gains_run(tuned):
     out, _ = tuned
     scenario = {"controller.kind": "operational_space", "controller.gains": str(out / "best.toml")}

@@ -160,6 +160,7 @@ def test_the_margin_of_a_sampled_mass_is_the_one_that_jury_gives():
     assert find_margin(ringing, highest=1024.0).factor == pytest.approx(625.0, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", arms.ARMS)
 @pytest.mark.parametrize(
     "gains", [MotionGains(1600.0), Impedance([400.0] * 3 + [20.0] * 3)], ids=lambda g: type(g).__name__

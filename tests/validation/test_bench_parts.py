@@ -78,6 +78,7 @@ def test_one_long_break_does_not_make_a_tail():
     assert Timing.of([np.linspace(1.0, 3.0, 201)] * 3).tail == pytest.approx(2.98 / 2.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("make", [operational_space, impedance])
 def test_a_tick_leaves_no_memory_behind(lines, make, name):

@@ -16,6 +16,8 @@ from pilegrasp_ctrl.validation.physics import suite
 from pilegrasp_ctrl.validation.physics.physics_check import PhysicsCheck
 from places import DOCS
 
+pytestmark = pytest.mark.slow
+
 PAGE = (DOCS / "hand.md").read_text(encoding="utf-8")
 ROW = re.compile(r"^\| ([^|]+) \| (-?[\d.e-]+) (\S+) \|", re.MULTILINE)
 
@@ -25,12 +27,10 @@ def table():
     return measurements()
 
 
-@pytest.mark.slow
 def test_every_measurement_of_the_hands_is_within_its_tolerance(table):
     assert [row for row in table if not row.ok] == []
 
 
-@pytest.mark.slow
 def test_the_page_of_the_hands_shows_the_measured_numbers(table):
     shown = {name: (float(value), unit) for name, value, unit in ROW.findall(PAGE)}
     assert shown.keys() == {row.name for row in table}, "python docs/studies/hand_table.py prints the table"
@@ -47,7 +47,6 @@ def test_a_row_of_the_page_states_unit_tolerance_and_source():
     assert "| length | 1 m | ≤ 1.05 | 1 m (a paper) |" in markdown((bound,))
 
 
-@pytest.mark.slow
 def test_doctor_reports_the_measurements_as_checks_of_the_hand(table, monkeypatch):
     monkeypatch.setattr(suite, "measurements", lambda: table)
     assert [check.name for check in suite.hand_checks()] == [f"hand: {check.name}" for check in table]

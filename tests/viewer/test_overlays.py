@@ -262,6 +262,7 @@ def test_the_page_carries_stream_contacts_and_data_of_each_recording(attempt):
     assert document.count("Arrows, marks and keys") == 1
 
 
+@pytest.mark.slow
 def test_the_separated_object_is_named_only_if_it_was_recorded(attempt):
     def told(motion):
         document = page(replace(attempt, meta={"motion": motion}))

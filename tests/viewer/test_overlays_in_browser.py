@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from pilegrasp_ctrl.viewer.commands import node_path
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 
 NOW = "document.querySelector('.moment').textContent"
@@ -28,7 +28,6 @@ def switched(browser, *names):
     }})""")
 
 
-@pytest.mark.slow
 def test_contact_forces_are_arrows_at_the_recorded_places(paused, attempt):
     switched(paused, "contacts")
     paused.evaluate("pilegrasp.seek(5)")

@@ -34,6 +34,7 @@ def document(attempt):
     return page(attempt)
 
 
+@pytest.mark.slow
 def test_a_page_of_sixty_bodies_is_small():
     for frames, duration in ((300, 10.0), (600, 20.0)):
         recording = synthetic(objects=25, frames=frames, duration=duration)
@@ -45,6 +46,7 @@ def test_a_page_of_ninety_objects_is_small():
     assert len(page(synthetic(objects=90, frames=300, duration=10.0)).encode()) <= 3e6
 
 
+@pytest.mark.slow
 def test_a_page_of_five_minutes_is_small():
     once = synthetic(objects=18, frames=300)
     cycles = 3
@@ -150,6 +152,7 @@ def test_a_recording_of_one_frame_and_of_huge_numbers_is_a_page():
     assert "<html" in page(huge)
 
 
+@pytest.mark.slow
 def test_the_file_is_written_whole_or_not_at_all(attempt, document, tmp_path, monkeypatch):
     path = tmp_path / "a.html"
     write_html(attempt, path)

@@ -15,7 +15,7 @@ from pilegrasp_ctrl.viewer.commands import node_path
 from pilegrasp_ctrl.viewer.shapes import PALETTE
 from synthetic_recording import WALL_X, synthetic
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 
 PIXELS = """(() => {
@@ -192,7 +192,6 @@ def test_the_keyboard_steps_and_plays(paused, attempt):
     assert paused.evaluate("pilegrasp.playing()") is False
 
 
-@pytest.mark.slow
 def test_two_recordings_share_one_clock(browser, attempt, tmp_path):
     other = synthetic(success=False, frames=100, objects=7)
     file = tmp_path / "pair.html"
@@ -256,7 +255,6 @@ def test_hostile_names_run_nothing(browser, tmp_path):
     assert_quiet(browser, file)
 
 
-@pytest.mark.slow
 def test_without_webgl_the_strip_and_the_table_remain(chromium, file):
     with Browser(chromium, "--disable-3d-apis") as blind:
         blind.open(file, 800, 600)
