@@ -50,7 +50,7 @@ hands: .venv/development  ## Write the hands' MJCF and README values from their 
 	$(BIN)/python tests/helpers/hand_files.py
 
 figures: .venv/development  ## Measure the numbers of docs/figures.toml again and write them into the pages
-	PATH="$(CURDIR)/$(BIN):$$PATH" python docs/studies/figures.py
+	$(BIN)/python docs/studies/figures.py
 
 screenshots: .venv/development  ## Take the pictures of docs/viewer.md
 	$(BIN)/pilegrasp sweep spheres_wall --vary support.kind=none,wall --seeds 0:3 --record all --out build/study

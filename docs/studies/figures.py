@@ -6,6 +6,7 @@ Usage: python docs/studies/figures.py [NAME]...; without a name, all of them
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -67,7 +68,17 @@ class Figure:
         if self.file is not None:
             text = (ROOT / self.file).read_text(encoding="utf-8")
             return select(tomllib.loads(text) if self.file.endswith(".toml") else json.loads(text), self.value)
-        done = subprocess.run(self.command or "", shell=True, cwd=ROOT, capture_output=True, text=True, check=False)
+        # The command `pilegrasp` of this interpreter, even if its environment is not activated.
+        path = os.pathsep.join((str(Path(sys.executable).parent), os.environ.get("PATH", "")))
+        done = subprocess.run(
+            self.command or "",
+            shell=True,
+            cwd=ROOT,
+            env={**os.environ, "PATH": path},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         if done.returncode:
             raise ConfigurationError(f"{self.command}: ended with status {done.returncode}: {done.stderr.strip()}")
         return select(json.loads(done.stdout), self.value)
