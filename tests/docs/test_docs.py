@@ -1,5 +1,6 @@
 """Code, commands and links in the documentation are run, parsed or looked up."""
 
+import os
 import re
 import shlex
 import subprocess
