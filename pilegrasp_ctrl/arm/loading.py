@@ -100,10 +100,7 @@ def read_urdf(
     for joint in list(model.names)[1:]:
         if joint in followers:
             raise ModelError(f"{name}: joint {joint!r} follows {followers[joint]!r} (mimic); add it to locked_joints")
-    try:
-        parent = frame_id(model, tool_frame)
-    except ModelError as error:
-        raise ModelError(f"{name}: {error}") from None
+    parent = frame_id(model, tool_frame, name)
     if base is not None:
         _place_base(model, base)
     if armature is not None:
@@ -127,8 +124,10 @@ def _se3(pose: Pose) -> pin.SE3:
     return pin.SE3(np.array(pose.rotation), np.array(pose.translation))
 
 
-def frame_id(model: pin.Model, name: str) -> int:
+def frame_id(model: pin.Model, name: str, arm: str) -> int:
     """Return the index of a frame; a link is preferred, because a link and a joint may share a name.
+
+    Error messages use the name of the `arm`.
 
     Raises:
         ModelError: No frame has this name.
@@ -136,7 +135,7 @@ def frame_id(model: pin.Model, name: str) -> int:
     named = [index for index, frame in enumerate(model.frames) if frame.name == name]
     if not named:
         links = ", ".join(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
-        raise ModelError(f"no frame {name!r} for the tool; the links are {links}")
+        raise ModelError(f"{arm}: no frame {name!r} for the tool; the links are {links}")
     return next((index for index in named if model.frames[index].type == pin.FrameType.BODY), named[0])
 
 

@@ -86,10 +86,7 @@ class ArmModel:
             raise ModelError(
                 f"{name}: joint {odd[0]!r} is neither revolute nor prismatic; lock it, or give it limits in the URDF"
             )
-        try:
-            self._frame = frame_id(model, tool_frame)
-        except ModelError as error:
-            raise ModelError(f"{name}: {error}") from None
+        self._frame = frame_id(model, tool_frame, name)
         self.name, self.tool_frame = name, tool_frame
         self.nv: int = model.nv
         self.joint_names = tuple(model.names)[1:]
@@ -280,7 +277,7 @@ class ArmModel:
         try:
             array = np.array(default if value is None else value, dtype=np.float64)
         except (TypeError, ValueError):
-            array = np.full(0, np.nan)
+            array = np.empty(0)
         if array.shape != (self.nv,) or np.isnan(array).any():
             joints = ", ".join(self.joint_names)
             raise ModelError(f"{self.name}: {what} must be {self.nv} numbers, one for each of {joints}")
