@@ -2,10 +2,12 @@ SCENARIO ?= spheres_wall
 SEED ?= 0
 PAGE ?= $(SCENARIO)-$(SEED).html
 WORKERS ?= 2
+MINUTES ?= 10
+INPUTS ?= 250
 BIN := .venv/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help run test check lint types format table hands figures screenshots doctor ci clean
+.PHONY: help run test check lint types scripts format table hands figures licences screenshots fuzz matrix doctor ci clean
 
 help:  ## Show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -27,17 +29,22 @@ run: .venv/library  ## Run one attempt and name its page: make run SCENARIO=sphe
 	@echo "Open this page in a browser: file://$(CURDIR)/$(PAGE)"
 
 test: .venv/development  ## Run every test
-	$(BIN)/python -m pytest -n $(WORKERS)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
 check: lint types  ## Check style and types, and run the tests that are not slow
-	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow"
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m "not slow"
 
 lint: .venv/development  ## Check style and formatting
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 
-types: .venv/development  ## Check the types
+types: .venv/development scripts  ## Check the types
 	$(BIN)/mypy
+
+scripts:  ## Check the types of the pages' scripts, if tsc is installed (on Debian: apt-get install node-typescript)
+	@if command -v tsc >/dev/null; then tsc -p viewer/browser; \
+	elif [ "$$CI" = true ]; then echo "tsc is not installed"; exit 1; \
+	else echo "tsc is not installed; the scripts of the pages are not checked"; fi
 
 format: .venv/development  ## Repair style and formatting where that is safe
 	$(BIN)/ruff check --fix .
@@ -52,11 +59,20 @@ hands: .venv/development  ## Write the hands' MJCF and README values from their 
 figures: .venv/development  ## Measure the numbers of docs/figures.toml again and write them into the pages
 	$(BIN)/python docs/studies/figures.py
 
+licences: .venv/development  ## Write the table of licences into docs/licences.md
+	$(BIN)/python tests/helpers/licence_table.py
+
 screenshots: .venv/development  ## Take the pictures of docs/viewer.md
 	$(BIN)/pilegrasp sweep spheres_wall --vary support.kind=none,wall --seeds 0:3 --record all --out build/study
 	$(BIN)/pilegrasp report build/study
 	mkdir -p docs/pictures
 	$(BIN)/python docs/studies/screenshots.py build/study docs/pictures
+
+fuzz: .venv/development  ## Try to break it: damaged files, odd command lines, signals, bad servers; 10 minutes a kind
+	$(BIN)/python tests/fuzz/table.py --minutes $(MINUTES) --inputs $(INPUTS) --seed $(SEED)
+
+matrix: .venv/development  ## Test Python 3.11 and 3.13 with the lowest and the newest packages; writes the outcome into the notes
+	$(BIN)/python tests/helpers/matrix.py
 
 doctor: .venv/library  ## Check the installation
 	$(BIN)/pilegrasp doctor

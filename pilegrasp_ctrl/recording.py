@@ -5,9 +5,11 @@ from __future__ import annotations
 import io
 import json
 import os
+import struct
 import zipfile
+from collections import Counter
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
@@ -15,20 +17,32 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .exceptions import RecordingError
-from .files import write_whole
+from .files import read_file, write_whole
 from .recording_parts import UNIT_TOLERANCE, Body, Contacts, Shape, finite_array
 
 FORMAT = "pilegrasp-recording"
 """Name of the format in the file's header."""
 
 VERSION = 2
-"""Version of the files that `Recording.save` writes."""
+"""Version of the files that `Recording.save` writes without meshes."""
 
-READABLE = (1, 2)
+MESH_VERSION = 3
+"""Version of the files with a shape that is a mesh, which earlier programs cannot read."""
+
+READABLE = (1, 2, 3)
 """Versions of the files that `Recording.load` reads. Version 1 has no contacts."""
 
 MAX_BYTES = 1 << 30
 """Largest unpacked size of a file that is read [bytes]; chosen far above that of a recording of ten minutes."""
+
+MAX_FILE_BYTES = 1 << 28
+"""Largest file that is read [bytes]; chosen: recordings compress to less than half their size."""
+
+MAX_HEADER = 1 << 23
+"""Longest header of a file [characters]; chosen, a hundred times that of an order of 30 attempts."""
+
+MAX_ENTRIES = 4096
+"""Largest number of entries of a file's archive; chosen far above the number of recorded signals."""
 
 MAX_TIME = 1e7
 """Largest time in a recording [s]; chosen."""
@@ -92,8 +106,7 @@ class Recording:
         except (TypeError, ValueError, RecursionError) as error:
             raise RecordingError(f"the recording's meta cannot be written as JSON: {error}") from error
         bodies = tuple(self.bodies)
-        names = [body.name for body in bodies]
-        repeated = sorted({name for name in names if names.count(name) > 1})
+        repeated = sorted(name for name, count in Counter(body.name for body in bodies).items() if count > 1)
         if repeated:
             raise RecordingError(f"the body name {repeated[0]!r} is used more than once")
         frame_time = _increasing_times(self.frame_time, "frame_time")
@@ -137,22 +150,47 @@ class Recording:
             f"{len(self.bodies)} bodies, {len(self.signals)} signals)"
         )
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the recording as one compressed `.npz`; equal recordings give equal bytes.
+    def plot(self, *names: str) -> Any:
+        """Return curves of the recording as a `matplotlib.figure.Figure`.
+
+        Args:
+            names: Keys of the lanes, as "force" or "closure"; by default those that a page shows at first.
 
         Raises:
-            RecordingError: The file cannot be written; no half-written file is left.
+            ArgumentError: The recording has no such curves.
+        """
+        from .viewer.plot import plot
+
+        return plot(self, *names)
+
+    def _repr_html_(self) -> str:
+        """Return the recording's page in a frame, for Jupyter."""
+        from .viewer.page.document import frame
+
+        return frame(self)
+
+    def to_bytes(self) -> bytes:
+        """Return the content of the recording's file, a compressed `.npz`; equal recordings give equal bytes.
+
+        Raises:
+            RecordingError: Meta and bodies are too long for a file.
         """
         header: dict[str, Any] = {
             "format": FORMAT,
-            "version": VERSION,
+            "version": MESH_VERSION if self._has_mesh() else VERSION,
             "meta": self.meta,
-            "bodies": [asdict(body) for body in self.bodies],
+            "bodies": [
+                {"name": body.name, "role": body.role, "shapes": [shape.as_dict() for shape in body.shapes]}
+                for body in self.bodies
+            ],
             "signals": sorted(self.signals),
             "contacts": self.contacts is not None,
         }
+        words = json.dumps(header, allow_nan=False)
+        if len(words) > MAX_HEADER:
+            raise RecordingError(_too_long(len(words)))
         arrays: dict[str, Any] = {
-            "header": np.array(json.dumps(header, allow_nan=False)),
+            "header": np.array(words),
             "frame_time": self.frame_time,
             "body_position": self.body_position,
             "body_quaternion": self.body_quaternion,
@@ -163,8 +201,21 @@ class Recording:
             arrays |= {_CONTACT_PREFIX + name: getattr(self.contacts, name) for name in _CONTACT_ENTRIES}
         buffer = io.BytesIO()
         np.savez_compressed(buffer, **arrays)
+        return buffer.getvalue()
+
+    def _has_mesh(self) -> bool:
+        return any(shape.kind == "mesh" for body in self.bodies for shape in body.shapes)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the recording's file, all of it or nothing.
+
+        Raises:
+            RecordingError: The file cannot be written, or meta and bodies are too long for one; no half-written file is
+                left.
+        """
+        content = self.to_bytes()
         try:
-            write_whole(Path(path), buffer.getvalue())
+            write_whole(Path(path), content)
         except (OSError, ValueError) as error:
             raise RecordingError(f"the recording cannot be written to {str(path)!r}: {error}") from error
 
@@ -173,10 +224,12 @@ class Recording:
         """Read a recording. Nothing in the file is executed.
 
         Raises:
-            RecordingError: The file is missing, damaged, not a recording, or of an unknown version.
+            RecordingError: The file is missing, too large, damaged, not a recording, or of an unknown version.
         """
         try:
             return cls._from_arrays(_read_arrays(Path(path)))
+        except _FileError as error:
+            raise RecordingError(str(error)) from None
         except RecordingError as error:
             raise RecordingError(f"{str(path)!r} cannot be read as a recording: {error}") from error
         except OSError as error:
@@ -193,7 +246,7 @@ class Recording:
         if not isinstance(header, dict) or header.get("format") != FORMAT:
             raise RecordingError(f"its header does not hold the format {FORMAT!r}")
         if header.get("version") not in READABLE:
-            known = " and ".join(map(str, READABLE))
+            known = f"{READABLE[0]} to {READABLE[-1]}"
             raise RecordingError(f"it has version {header.get('version')!r}; this program reads versions {known}")
         # A damaged archive can lose entries without an error, so the header lists the signals, too.
         signals = {name: _SIGNAL_PREFIX + name for name in header["signals"]}
@@ -218,16 +271,39 @@ class Recording:
         )
 
 
+def _too_long(length: int) -> str:
+    return f"meta and bodies take {length} characters; a file holds {MAX_HEADER} at most"
+
+
 def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
-    if path.exists() and not path.is_file():
-        raise RecordingError("it is not a regular file")
-    with path.open("rb") as file:
-        if not zipfile.is_zipfile(file):
-            raise RecordingError("the file is not a complete .npz archive")
-        file.seek(0)
-        with zipfile.ZipFile(file) as archive:
-            if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
-                raise RecordingError(f"it would unpack to more than {MAX_BYTES >> 20} MiB")
-        file.seek(0)
-        with np.load(file, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
+    content = read_file(path, MAX_FILE_BYTES, error=_FileError)
+    if not zipfile.is_zipfile(io.BytesIO(content)):
+        raise RecordingError("the file is not a complete .npz archive")
+    if _entries(content) > MAX_ENTRIES:
+        raise RecordingError(f"its archive has more than {MAX_ENTRIES} entries, or is not one of numpy's")
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        sizes = {entry.filename: entry.file_size for entry in archive.infolist()}
+    if sum(sizes.values()) > MAX_BYTES:
+        raise RecordingError(f"it would unpack to more than {MAX_BYTES >> 20} MiB")
+    # numpy keeps a text with four bytes a character.
+    if sizes.get("header.npy", 0) > 4 * MAX_HEADER + 1024:
+        raise RecordingError(_too_long(sizes["header.npy"] // 4))
+    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+        return {name: archive[name] for name in archive.files}
+
+
+def _entries(content: bytes) -> int:
+    """Return the number of entries that an archive's last 22 bytes state, before `zipfile` makes an object of each.
+
+    An archive with a comment behind, or with the wide table for very many entries, counts as too large.
+    """
+    end, locator = content[-22:], content[-42:-38]
+    if end[:4] != b"PK\x05\x06" or locator == b"PK\x06\x07":
+        return MAX_ENTRIES + 1
+    entries, size = struct.unpack("<HI", end[10:16])
+    # The directory is read by its size, whatever number is stated.
+    return int(max(entries, size // 512))
+
+
+class _FileError(RecordingError):
+    """The file is missing, is no regular file, or is too large; the sentence names it."""

@@ -1,11 +1,20 @@
-"""Rates with confidence intervals, tests that compare rates, and Markdown tables."""
+"""Rates and paired differences with confidence intervals, tests that compare rates, and Markdown tables."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 CONFIDENCE = 0.95
 """Confidence of every printed interval [-]; chosen, as usual."""
+
+Z_95 = 1.959963984540054
+"""Normal quantile of a two-sided interval of 95 %."""
+Z_ONE_SIDED = 1.6448536269514722
+"""Normal quantile of a one-sided bound of 95 %."""
+
+Pairs = tuple[int, int, int, int]
+"""Numbers of pairs that succeeded in both, in the first only, in the second only, and in neither."""
 
 LARGE = 20_000
 """Product of two sample sizes above which the chi-squared test replaces Barnard's [-]; chosen. Barnard's test then
@@ -39,6 +48,57 @@ def p_greater(successes: int, n: int, other_successes: int, other_n: int) -> flo
     if n * other_n <= LARGE:
         return float(barnard_exact(table, alternative="greater").pvalue)
     return 0.5 * float(chi2_contingency(table, correction=False).pvalue)
+
+
+def mcnemar(wins: int, losses: int) -> float:
+    """Return the two-sided p-value of the hypothesis that of two paired rates one is higher, by McNemar's exact test.
+
+    Args:
+        wins: Pairs in which the first alone succeeded.
+        losses: Pairs in which the second alone succeeded.
+    """
+    from scipy.stats import binomtest
+
+    return float(binomtest(wins, wins + losses).pvalue) if wins + losses else 1.0
+
+
+def score_limits(successes: int, n: int, z: float) -> tuple[float, float]:
+    """Return the limits of Wilson's interval for a normal quantile z; see `wilson`."""
+    rate, share = successes / n, z * z / n
+    middle = (rate + 0.5 * share) / (1.0 + share)
+    half = z * math.sqrt(rate * (1.0 - rate) / n + 0.25 * share / n) / (1.0 + share)
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def paired_limits(pairs: Pairs, z: float = Z_95) -> tuple[float, float]:
+    """Return the limits of the difference of two paired rates, first minus second; (-1, 1) without pairs.
+
+    Newcombe's hybrid score interval, his method 10 (Stat. Med. 17, 1998, p. 2635).
+
+    Args:
+        pairs: Table of the pairs.
+        z: Normal quantile of each limit; the default gives an interval of 95 %.
+    """
+    both, first, second, neither = pairs
+    n = both + first + second + neither
+    if n == 0:
+        return -1.0, 1.0
+    rate, other = (both + first) / n, (both + second) / n
+    low, high = score_limits(both + first, n, z)
+    other_low, other_high = score_limits(both + second, n, z)
+    margins = (both + first) * (second + neither) * (both + second) * (first + neither)
+    product = both * neither - first * second
+    centred = max(product - 0.5 * n, 0.0) if product > 0 else float(product)
+    correlation = centred / math.sqrt(margins) if margins else 0.0
+
+    def away(a: float, b: float) -> float:
+        return math.sqrt(max(0.0, a * a - 2.0 * correlation * a * b + b * b))
+
+    difference = rate - other
+    return (
+        difference - away(rate - low, other_high - other),
+        difference + away(high - rate, other - other_low),
+    )
 
 
 def markdown_row(cells: Iterable[object]) -> str:

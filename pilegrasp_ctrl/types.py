@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .exceptions import ArgumentError
+from .vectors import product, rotated
 
 Array = NDArray[np.float64]
 """Type of every array of numbers."""
@@ -22,13 +23,17 @@ def frozen_array(value: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
     """Return a read-only float64 copy of `value`.
 
     Raises:
-        ArgumentError: The shape differs, or an entry is not finite.
+        ArgumentError: The shape differs, or an entry is not a finite number.
     """
-    array = np.array(value, dtype=np.float64)
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        expected = f"an array of numbers of the shape {shape}" if shape else "a number"
+        raise ArgumentError(f"{name} is {value!r:.80}; {expected} is expected") from None
     if array.shape != shape:
         raise ArgumentError(f"{name} has shape {array.shape}; {shape} is expected")
-    flat = array.ravel()
-    if not isfinite(flat.dot(flat)):
+    # Plain floats, because numpy takes several times as long for a few numbers.
+    if not all(map(isfinite, array.ravel().tolist())):
         raise ArgumentError(f"{name} holds a value that is not finite: {array.tolist()}")
     array.setflags(write=False)
     return array
@@ -79,11 +84,12 @@ class Pose:
 
     def __matmul__(self, other: Pose) -> Pose:
         """Compose: (a to world) @ (b to a) = (b to world)."""
-        return Pose(self.translation + self.rotation @ other.translation, self.rotation @ other.rotation)
+        translation = self.translation + rotated(self.rotation, other.translation)
+        return Pose(translation, product(self.rotation, other.rotation))
 
     def inverse(self) -> Pose:
         """Return the transform from the parent into this frame."""
-        return Pose(-self.rotation.T @ self.translation, self.rotation.T)
+        return Pose(-rotated(self.rotation.T, self.translation), self.rotation.T)
 
     def moved(self, displacement: ArrayLike) -> Pose:
         """Return this pose translated by `displacement` (3,) [m] in the parent's axes."""
@@ -106,6 +112,18 @@ def _is_rotation(matrix: Array) -> bool:
     )
 
 
+def _is_positive(matrix: Array, rounding: float) -> bool:
+    """Return whether no eigenvalue of a symmetric matrix (3, 3) is below -`rounding`.
+
+    That is so if Gaussian elimination of `matrix + rounding 1` finds positive pivots only.
+    """
+    (a, b, c), (_, d, e), (_, _, f) = (matrix + rounding * np.eye(3)).tolist()
+    if not a > 0.0:
+        return False
+    d, e, f = d - b * b / a, e - b * c / a, f - c * c / a
+    return d > 0.0 and f - e * e / d > 0.0
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Reference:
     """Desired motion of the tool.
@@ -124,6 +142,8 @@ class Reference:
     acceleration: Array = field(default_factory=lambda: np.zeros(6))
 
     def __post_init__(self) -> None:
+        if not isinstance(self.pose, Pose):
+            raise ArgumentError(f"the pose of a reference is a Pose, not {type(self.pose).__name__}")
         object.__setattr__(self, "twist", frozen_array(self.twist, (6,), "twist"))
         object.__setattr__(self, "acceleration", frozen_array(self.acceleration, (6,), "acceleration"))
 
@@ -148,6 +168,7 @@ class Observation:
         wrench: (6,) Wrench of the environment on the hand [N, N·m]: linear part first, at the sensor frame's origin, in
             world axes, tool weight removed.
         saturated: Sensor channel beyond its range, which makes the wrench unusable; "" if there is none.
+        touched: Number of objects that touch the fingers; 0 for a hand without touch.
     """
 
     time: float
@@ -155,6 +176,7 @@ class Observation:
     v: Array
     wrench: Array = field(default_factory=lambda: np.zeros(6))
     saturated: str = ""
+    touched: int = 0
 
 
 class Command(NamedTuple):
@@ -176,6 +198,8 @@ class ControllerOutput(NamedTuple):
         active_limits: Names of the active limits, such as "torque[2] upper".
         solve_time: Wall-clock time of the QP [s]; recordings do not hold it.
         fallback: Reason why the QP's answer was not used; "" if it was.
+        refused: What the environment refused the solver, such as memory or a file; "" if nothing. An attempt in which
+            this happens has no result.
     """
 
     command: Command
@@ -183,6 +207,7 @@ class ControllerOutput(NamedTuple):
     active_limits: tuple[str, ...] = ()
     solve_time: float = 0.0
     fallback: str = ""
+    refused: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -195,7 +220,7 @@ class MassProperties:
         inertia: (3, 3) Inertia about the centre of mass [kg·m²].
 
     Raises:
-        ArgumentError: The mass is negative, or the inertia is not symmetric positive semi-definite.
+        ArgumentError: The mass is negative or not finite, or the inertia is not symmetric positive semi-definite.
     """
 
     mass: float
@@ -203,11 +228,13 @@ class MassProperties:
     inertia: Array
 
     def __post_init__(self) -> None:
-        if not self.mass >= 0.0:
-            raise ArgumentError(f"mass is {self.mass} kg; it must not be negative")
+        mass = frozen_array(self.mass, (), "mass").item()
+        if mass < 0.0:
+            raise ArgumentError(f"mass is {mass:g} kg; it must not be negative")
         inertia = frozen_array(self.inertia, (3, 3), "inertia")
-        if np.abs(inertia - inertia.T).max() > 1e-9 or np.linalg.eigvalsh(inertia)[0] < -1e-12:
+        if np.abs(inertia - inertia.T).max() > 1e-9 or not _is_positive(inertia, 1e-12):
             raise ArgumentError("inertia is not symmetric positive semi-definite; give it about the centre of mass")
+        object.__setattr__(self, "mass", mass)
         object.__setattr__(self, "center_of_mass", frozen_array(self.center_of_mass, (3,), "center_of_mass"))
         object.__setattr__(self, "inertia", inertia)
 
@@ -224,6 +251,7 @@ class Outcome:
         end: End time [s].
         travel: Path length of the tool [m].
         peak_force: Largest filtered force along the primitive's own direction, relative to its start [N].
+        fault: Whether a collision, a saturated sensor or the time limit ended it; no further try makes sense then.
     """
 
     name: str
@@ -233,7 +261,8 @@ class Outcome:
     end: float
     travel: float
     peak_force: float
+    fault: bool = False
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the fields as plain JSON values."""
-        return {name: getattr(self, name) for name in self.__slots__}
+        """Return the fields as plain JSON values; a fault is told by its trigger."""
+        return {name: getattr(self, name) for name in self.__slots__ if name != "fault"}

@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import hashlib
+import os
+import re
 from pathlib import Path
 
 from pilegrasp_ctrl.exceptions import ConfigurationError, remedy_for
-from pilegrasp_ctrl.files import read_toml
+from pilegrasp_ctrl.files import MAX_MESH_SIZE, MAX_TOML_SIZE, read_file, read_toml
+
+PIECES_SUFFIX = ".pieces.obj"
+"""End of the name of a file that stores the convex pieces of a mesh, after the name of the mesh."""
+
+_OPTED_OUT = re.compile(rb"^[ \t]*hull[ \t]*=[ \t]*true[ \t]*(#[^\n]*)?\r?(\n|\Z)", re.MULTILINE)
 
 FOLDER = Path(__file__).resolve().parent
 """Folder of the shipped scenarios."""
@@ -23,20 +30,24 @@ def object_files() -> dict[str, Path]:
 
 
 def object_digests(path: Path) -> list[str]:
-    """Return the SHA-256 digests of an object's file and of the meshes that it names.
+    """Return the SHA-256 digests of an object's file, of the meshes that it names, and of their stored pieces.
+
+    A line `hull = true` does not count: it means what every mesh meant before there was this key.
 
     Raises:
         ConfigurationError: A file cannot be read, or the object's file is not TOML.
     """
     table = read_toml(path)
-    try:
-        places = [place for place in (table, *table.values()) if isinstance(place, dict)]
-        meshes = [path.parent / place["file"] for place in places if isinstance(place.get("file"), str)]
-        return [
-            hashlib.sha256(data).hexdigest() for data in (path.read_bytes(), *(mesh.read_bytes() for mesh in meshes))
-        ]
-    except OSError as error:
-        raise ConfigurationError(f"{error.filename}: cannot be read: {error.strerror}") from None
+    places = [place for place in (table, *table.values()) if isinstance(place, dict)]
+    meshes = [path.parent / place["file"] for place in places if isinstance(place.get("file"), str)]
+    for mesh in meshes:
+        if not os.path.lexists(mesh):
+            raise ConfigurationError(f"{mesh}: cannot be read: No such file or directory")
+    stored = [mesh.with_name(mesh.name + PIECES_SUFFIX) for mesh in meshes]
+    contents = [_OPTED_OUT.sub(b"", read_file(path, MAX_TOML_SIZE))]
+    contents += [read_file(mesh, MAX_MESH_SIZE, "of a mesh") for mesh in meshes]
+    contents += [read_file(pieces, MAX_MESH_SIZE, "of convex pieces") for pieces in stored if pieces.is_file()]
+    return [hashlib.sha256(content).hexdigest() for content in contents]
 
 
 def is_file(name: str) -> bool:
@@ -46,7 +57,7 @@ def is_file(name: str) -> bool:
 
 def object_parts(text: str) -> list[str]:
     """Split `pile.object` at each + into names and files; the path of a file that exists may contain a +."""
-    return [text] if is_file(text) and Path(text).is_file() else text.split("+")
+    return [text] if is_file(text) and os.path.isfile(text) else text.split("+")
 
 
 def find(name: str | Path) -> Path:

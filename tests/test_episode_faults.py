@@ -1,19 +1,24 @@
 """Faults: impossible attempts are rejected before anything moves, and faults stop an attempt at once."""
 
 import gc
+import json
 import tempfile
 
 import numpy as np
 import pytest
 
+from pilegrasp_ctrl.analysis.motion import measure_attempt
+from pilegrasp_ctrl.cli import main
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.episode import run
 from pilegrasp_ctrl.exceptions import ConfigurationError, PileError, SimulationError, UnreachablePoseError
 from pilegrasp_ctrl.robots import path
 from pilegrasp_ctrl.sim import monitors
-from pilegrasp_ctrl.sim.backend import Simulation
+from pilegrasp_ctrl.sim.simulation import Simulation
+from pilegrasp_ctrl.viewer.page.document import page
 
 CONTROL_PERIOD = 0.002
+ONE_ORDER = {"bin_picking": {"order.max_attempts": 1, "pile.count": 3}}
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -89,7 +94,7 @@ def last_states(tmp_path, monkeypatch):
 
 
 def test_the_watchdog_stops_an_attempt_and_the_collector_runs_again(last_states, monkeypatch):
-    monkeypatch.setattr(monitors, "MAX_PENETRATION", 1e-6)
+    monkeypatch.setattr(monitors, "MAX_PENETRATION", dict.fromkeys(monitors.MAX_PENETRATION, 1e-6))
     with pytest.raises(SimulationError, match="overlap") as caught:
         run("push_wall", record=True)
     assert gc.isenabled()
@@ -147,3 +152,27 @@ def test_the_collector_is_off_while_the_arm_moves_and_on_afterwards(monkeypatch)
     run("push_wall")
     assert not any(states)
     assert gc.isenabled()
+
+
+# --- nothing happened -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scenario", ["free_space_line", "push_wall", "bin_picking"])
+def test_a_sensor_that_is_saturated_at_the_start_is_the_reason_of_a_result_like_any_other(scenario):
+    result = run(scenario, record=True, overrides={"sensor.torque_noise": 10.0, **ONE_ORDER.get(scenario, {})})
+    facts = json.loads(json.dumps(result.as_dict(), allow_nan=False))
+    assert (facts["success"], facts["grasped"]) == (False, 0)
+    assert facts["outcomes"][0]["trigger"].startswith("wrist sensor saturated: ")
+    if scenario != "bin_picking":
+        assert facts["reason"] == f"{facts['outcomes'][0]['name']}: {facts['outcomes'][0]['trigger']}"
+        assert facts["controller"] == {"ticks": 0, "median_us": None, "p99_us": None, "limited": 0, "fallbacks": 0}
+    assert json.loads(json.dumps(measure_attempt(result.recording), allow_nan=False))["table_force"] is None
+    assert "wrist sensor saturated" in page(result.recording)
+
+
+def test_the_command_line_tells_of_an_attempt_without_a_tick(capsys):
+    assert main(["run", "free_space_line", "--set", "sensor.torque_noise=10"]) == 0
+    out, err = capsys.readouterr()
+    assert "no control tick" in out
+    assert "wrist sensor saturated" in out
+    assert err == ""

@@ -252,7 +252,7 @@ def write_header(path, **changes):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"version": 3}, "it has version 3; this program reads versions 1 and 2"),
+        ({"version": 4}, "it has version 4; this program reads versions 1 to 3"),
         ({"version": None}, "it has version None"),
         ({"format": "other"}, "does not hold the format 'pilegrasp-recording'"),
         ({"bodies": [{"name": "a"}]}, "damaged"),
@@ -348,3 +348,9 @@ def test_flipped_bytes_are_detected_or_harmless(tmp_path):
         except RecordingError:
             refused += 1
     assert refused > 150
+
+
+@pytest.mark.parametrize("kind", ["c16", "U3", "S3", "M8[s]", "O"])
+def test_only_numbers_are_taken_for_numbers(kind):
+    with pytest.raises(RecordingError, match=r"signal 'push_force' is not an array of numbers"):
+        small(signals={"push_force": np.zeros(3, kind), "wrench": np.zeros((3, 6))})

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from pilegrasp_ctrl.config import load_scenario
-from pilegrasp_ctrl.exceptions import ConfigurationError, RecordingError
-from pilegrasp_ctrl.programs.attempt import prepare
+from pilegrasp_ctrl.exceptions import ConfigurationError, ModelError, RecordingError
+from pilegrasp_ctrl.files import cache_folder
+from pilegrasp_ctrl.programs.attempt import check, prepare
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.sim.objects import OBJECT_MODELS, object_model
-from pilegrasp_ctrl.sim.pile_cache import cache_folder
 
 
 @pytest.mark.parametrize("name", ["Cube", "light_spere"])
@@ -35,9 +35,18 @@ def test_the_error_of_a_rate_that_does_not_fit_suggests_one_that_does(settings):
     prepare(load_scenario("push_wall", settings | {"controller.rate": rate}), seed=0)
 
 
+def test_a_step_that_is_too_long_for_a_bounce_is_refused_with_the_longest():
+    coarse = {"sim.timestep": 0.002}
+    with pytest.raises(ConfigurationError, match=r"0\.002 s is too long: a bounce of light_sphere lasts 0\.005 s") as e:
+        check(load_scenario("spheres_wall", coarse))
+    assert str(e.value).endswith("make it 0.001 or less")
+    # Wood has no time of its own, and the hand's rubber is soft.
+    check(load_scenario("cubes_wall", coarse))
+
+
 def test_the_error_of_an_unknown_robot_lists_the_robots():
-    with pytest.raises(ConfigurationError, match=r"robot = 'panda' is not known; choose from wam7"):
-        prepare(load_scenario("push_wall", {"robot": "panda"}), seed=0)
+    with pytest.raises(ModelError, match=r"no robot 'pr2'; choose from panda, wam7"):
+        prepare(load_scenario("push_wall", {"robot": "pr2"}), seed=0)
 
 
 def test_a_recording_must_be_a_regular_file():

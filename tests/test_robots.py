@@ -26,5 +26,5 @@ def test_the_error_of_a_package_without_the_panda_asks_for_a_newer_one(monkeypat
         files = None
 
     monkeypatch.setattr(robots, "distribution", lambda name: Empty())
-    with pytest.raises(ModelError, match="example-robot-data>=6"):
+    with pytest.raises(ModelError, match=r"has no file urdf/panda\.urdf; install a newer one"):
         robots.panda_urdf()

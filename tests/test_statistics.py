@@ -3,10 +3,20 @@
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from scipy.stats import fisher_exact, norm
 
-from pilegrasp_ctrl.statistics import LARGE, markdown_row, markdown_table, p_greater, wilson
+from pilegrasp_ctrl.statistics import (
+    LARGE,
+    Z_ONE_SIDED,
+    markdown_row,
+    markdown_table,
+    mcnemar,
+    p_greater,
+    paired_limits,
+    wilson,
+)
 
 
 @pytest.mark.parametrize(("successes", "n"), [(49, 50), (1, 2), (18, 20), (500, 1000)])
@@ -73,3 +83,22 @@ def test_a_bar_in_a_cell_does_not_end_it():
 def test_importing_the_module_does_not_import_scipy():
     code = "import sys, pilegrasp_ctrl.statistics; sys.exit('scipy' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_mcnemar_counts_the_pairs_that_differ_alone():
+    assert mcnemar(0, 0) == 1.0
+    assert mcnemar(5, 0) == pytest.approx(2 / 32)
+    assert mcnemar(3, 9) == mcnemar(9, 3) == pytest.approx(2 * sum((1, 12, 66, 220)) / 4096)
+
+
+def test_the_interval_of_a_paired_difference_covers_it_as_often_as_it_says():
+    random = np.random.default_rng(4)
+    chances = (0.55, 0.25, 0.1, 0.1)
+    found = [paired_limits(tuple(map(int, random.multinomial(60, chances)))) for _ in range(300)]
+    assert np.mean([low <= 0.15 <= high for low, high in found]) > 0.92
+    assert paired_limits((0, 0, 0, 0)) == (-1.0, 1.0)
+    low, high = paired_limits((50, 0, 0, 0))
+    assert low < 0.0 < high < 0.1
+    assert paired_limits((30, 12, 2, 6)) == pytest.approx([-end for end in paired_limits((30, 2, 12, 6))][::-1])
+    narrow, wide = paired_limits((30, 12, 2, 6), Z_ONE_SIDED), paired_limits((30, 12, 2, 6))
+    assert wide[0] < narrow[0] < 0.2 < narrow[1] < wide[1]

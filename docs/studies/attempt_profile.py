@@ -35,8 +35,8 @@ WORDS = {
     "primitive": "primitives",
     "control": "controller",
     "record": "recording and frames",
-    "step": "physics, and the sensor's samples",
-    "check": "watchdog, saturation, rims",
+    "step": "physics, the sensor's samples, watchdog",
+    "check": "saturation, rims",
 }
 """Name of each part of the loop in the table."""
 

@@ -21,10 +21,10 @@ from pilegrasp_ctrl.episode import run_attempt
 from pilegrasp_ctrl.exceptions import PilegraspError
 from pilegrasp_ctrl.planning.layout import make_layout
 from pilegrasp_ctrl.programs.attempt import prepare
-from pilegrasp_ctrl.sim.backend import Stepper
 from pilegrasp_ctrl.sim.drop import drop_poses, pile_model
 from pilegrasp_ctrl.sim.objects import objects_of
 from pilegrasp_ctrl.sim.scene import SOLVER_ITERATIONS
+from pilegrasp_ctrl.sim.stepper import Stepper
 from pilegrasp_ctrl.statistics import markdown_row, markdown_table
 from pilegrasp_ctrl.types import Array
 from script import run_script

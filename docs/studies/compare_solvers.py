@@ -16,9 +16,10 @@ from typing import NamedTuple
 import numpy as np
 import qpsolvers
 
-from pilegrasp_ctrl.exceptions import ConfigurationError, SolverError
-from pilegrasp_ctrl.provenance import version_of
-from pilegrasp_ctrl.qp.program import FEASIBILITY, SOLVERS, QuadraticProgram, Solver, make_solver, solve
+from pilegrasp_ctrl.exceptions import SolverError
+from pilegrasp_ctrl.provenance import SOLVER_PACKAGES, version_of
+from pilegrasp_ctrl.qp.problem import as_problem
+from pilegrasp_ctrl.qp.program import FEASIBILITY, QuadraticProgram, Solver, make_solver, solve
 from pilegrasp_ctrl.statistics import markdown_table
 from pilegrasp_ctrl.types import Array
 from pilegrasp_ctrl.validation.bench.clock import Timing, Work, garbage_kept, time_in_turns
@@ -27,9 +28,6 @@ from script import run_script
 
 RECORDED = Path(__file__).resolve().parents[2] / "tests" / "data" / "qp_programs.npy"
 """File of the programs by default."""
-
-PACKAGES = {"proxqp": "proxsuite"}
-"""Package of each solver whose name differs from its package's."""
 
 NAIVE = ("osqp", "proxqp")
 """Solvers that are also called through qpsolvers with default settings."""
@@ -151,14 +149,10 @@ class NaiveSolver:
         self.name = f"naive {package}"
         self._package = package
 
-    def solve(self, problem: QuadraticProgram) -> Array | None:
+    def solve(self, program: QuadraticProgram) -> Array | None:
         """Return x (n,), or None if the package finds no solution."""
-        H, f, G, lower, upper = problem
-        n = len(f)
-        # qpsolvers has one-sided rows only.
-        rows, bounds = np.vstack((G, -G)), np.concatenate((upper[n:], -lower[n:]))
-        x: Array | None = qpsolvers.solve_qp(H, f, rows, bounds, lb=lower[:n], ub=upper[:n], solver=self._package)
-        return x
+        solution = qpsolvers.solve_problem(as_problem(program), self._package)
+        return solution.x if solution.found else None
 
 
 class SolverRow(NamedTuple):
@@ -207,7 +201,7 @@ class SolverComparison(NamedTuple):
         for name, assessment in assessments.items():
             package = name.removeprefix("naive ")
             own = {group: timings[f"{name}/{group}"] for group in GROUPS}
-            rows.append(SolverRow(name, version_of(PACKAGES.get(package, package)), assessment, own))
+            rows.append(SolverRow(name, version_of(SOLVER_PACKAGES[package][0][0]), assessment, own))
         return cls(tuple(rows))
 
     def markdown(self) -> str:
@@ -230,13 +224,8 @@ class SolverComparison(NamedTuple):
 
 def _makers() -> dict[str, Callable[[], Solver]]:
     """Return the maker of each solver whose package is installed."""
-    makers: dict[str, Callable[[], Solver]] = {}
-    for name in SOLVERS:
-        try:
-            make_solver(name)
-        except ConfigurationError:
-            continue
-        makers[name] = partial(make_solver, name)
+    names = dict.fromkeys((REFERENCE, "osqp", *qpsolvers.available_solvers))
+    makers: dict[str, Callable[[], Solver]] = {name: partial(make_solver, name) for name in names}
     return makers | {f"naive {name}": partial(NaiveSolver, name) for name in NAIVE if name in makers}
 
 

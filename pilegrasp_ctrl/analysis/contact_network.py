@@ -22,7 +22,8 @@ def objects_touching_hand(recording: Recording, push: PushMotion) -> NDArray[np.
     frame = np.repeat(np.arange(push.time.size), np.diff(start))
     rows = slice(int(start[0]), int(start[-1]))
     hand = np.array([body.role == "hand" for body in recording.bodies])
-    column = np.array([push.objects.index(body.name) if body.name in push.objects else -1 for body in recording.bodies])
+    columns = {name: column for column, name in enumerate(push.objects)}
+    column = np.array([columns.get(body.name, -1) for body in recording.bodies])
     for side in (0, 1):
         body, other = contacts.bodies[rows, side], contacts.bodies[rows, 1 - side]
         chosen = hand[other] & (column[body] >= 0)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..recording import Recording
 from ..types import Array, rotation_matrices
+from ..vectors import product, rotated
 
 MIN_SLANT = 0.17
 """Least component of a slanted wall's normal along the hand, and across it [-]: the sine of 10°, chosen."""
@@ -50,7 +51,7 @@ class HandMouth:
         center, extent = _hand_boxes(recording, frames, upright)
         if not center.shape[1]:
             return None
-        center = center - (tool @ upright.T)[:, None]
+        center = center - rotated(upright, tool)[:, None]
         high, low = center + extent, center - extent
         sliding = low[..., 2] < low[..., 2].min(axis=1, keepdims=True) + depth
         front = np.where(sliding, high[..., 0], -np.inf).max(axis=1)
@@ -77,8 +78,8 @@ def nearer_side(recording: Recording, axes: Array) -> int:
         for shape in body.shapes:
             if shape.kind != "box":
                 continue
-            normal = (turn @ rotation_matrices(shape.quaternion))[:, np.argmin(shape.half_extents())]
-            x, y = axes @ normal
+            normal = product(turn, rotation_matrices(shape.quaternion))[:, np.argmin(shape.half_extents())]
+            x, y = rotated(axes, normal)
             if abs(x) > MIN_SLANT:
                 sides.add(int(np.sign(x * y)) if abs(y) > MIN_SLANT else 0)
     return sides.pop() if len(sides) == 1 else 0
@@ -93,9 +94,9 @@ def _hand_boxes(recording: Recording, frames: slice, axes: Array) -> tuple[Array
         turn = rotation_matrices(recording.body_quaternion[frames, index])
         place = recording.body_position[frames, index].astype(float)
         for shape in body.shapes:
-            centers.append((place + turn @ np.array(shape.position)) @ axes.T)
-            turned = axes @ turn @ rotation_matrices(shape.quaternion)
-            extents.append(np.abs(turned) @ np.array(shape.half_extents()))
+            centers.append(rotated(axes, place + rotated(turn, shape.position)))
+            turned = product(product(axes, turn), rotation_matrices(shape.quaternion))
+            extents.append(rotated(np.abs(turned), shape.half_extents()))
     if not centers:
         return np.zeros((0, 0, 3)), np.zeros((0, 0, 3))
     return np.stack(centers, axis=1), np.stack(extents, axis=1)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from ..types import Array
+from ..vectors import product
 from .push_motion import PushMotion
 
 CELL = 0.02
@@ -107,15 +109,15 @@ class MotionField:
     def _kernels(self) -> tuple[Array, Array]:
         """Gaussian weights along x and y. Their deviation is an object's radius, because an object has this size."""
         centers = (0.5 * (edges[1:] + edges[:-1]) for edges in (X_EDGES, Y_EDGES))
-        x, y = (np.exp(-0.5 * ((c[:, None] - c) / self.radius) ** 2) for c in centers)
+        x, y = (_gaussian((c[:, None] - c) / self.radius) for c in centers)
         return x, y
 
     @cached_property
     def smooth_relative(self) -> Array:
         """(nx, ny, 2) kernel-weighted mean velocities relative to the hand [m/s]; nan in cells without objects near."""
         kx, ky = self._kernels
-        time = kx @ self.time @ ky
-        total = np.stack([kx @ self.relative[..., axis] @ ky for axis in range(2)], axis=-1)
+        time = product(product(kx, self.time), ky)
+        total = np.stack([product(product(kx, self.relative[..., axis]), ky) for axis in range(2)], axis=-1)
         return _mean_velocity(total, time)
 
 
@@ -155,6 +157,11 @@ class Funnel:
         if distance > self.x[-1] + 1e-9:
             return None
         return float(np.interp(distance, self.x, self.left - self.right))
+
+
+def _gaussian(deviations: Array) -> Array:
+    """Return exp(-x²/2) of each entry (m, n); numpy's own exp rounds differently on processors with AVX-512."""
+    return np.array([[math.exp(-0.5 * x * x) for x in row] for row in deviations.tolist()])
 
 
 def _mean_velocity(displacement: Array, time: Array) -> Array:

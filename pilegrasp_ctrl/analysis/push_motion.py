@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..recording import Recording
 from ..recording_parts import Shape
 from ..types import Array
+from ..vectors import components, inner, rotated
 from .hand_mouth import HandMouth, nearer_side
 from .reading import first_outcome, signal_at, strategy_number
 
@@ -77,22 +78,22 @@ class PushMotion:
         tool = signal_at(recording, "tool_position", recording.frame_time[first:last])
         if tool is None:
             return None
-        first = _first_motion(recording, chosen, slice(first, last), tool @ along[0])
+        first = _first_motion(recording, chosen, slice(first, last), components(tool, along[0]))
         if last - first < 2:
             return None
         frames = slice(first, last)
         tool = tool[-(last - first) :]
         radius = float(np.median([_radius(recording.bodies[index].shapes[0]) for index in chosen]))
         mouth = HandMouth.of(recording, frames, tool, axes, depth=radius)
-        if mouth is None or (tool[-1] - tool[0]) @ along[0] <= 0.0:
+        if mouth is None or inner(tool[-1] - tool[0], along[0]) <= 0.0:
             return None
         edge = np.array([mouth.front, 0.5 * (mouth.left + mouth.right)])
-        hand = tool @ axes.T + edge
+        hand = rotated(axes, tool) + edge
         return cls(
             time=recording.frame_time[frames],
             edge=edge,
             hand=hand,
-            relative=recording.body_position[frames, chosen].astype(float) @ axes.T - hand[:, None],
+            relative=rotated(axes, recording.body_position[frames, chosen]) - hand[:, None],
             objects=tuple(recording.bodies[index].name for index in chosen),
             radius=radius,
             half_width=0.5 * mouth.width,
@@ -183,7 +184,7 @@ def _end(recording: Recording, push: Mapping[str, Any], axes: Array) -> float:
     time = recording.signal_time[during]
     if not time.size:
         return float(push["end"])
-    travelled = recording.signals["reference_position"][during][:, :3] @ axes[0]
+    travelled = components(recording.signals["reference_position"][during][:, :3], axes[0])
     arrived = travelled[-1] - travelled < ARRIVED
     return float(min(push["end"], time[np.argmax(arrived)])) if arrived.any() else float(push["end"])
 
@@ -205,4 +206,4 @@ def _first_motion(recording: Recording, chosen: list[int], frames: slice, hand: 
 
 
 def _radius(shape: Shape) -> float:
-    return float(np.prod(shape.half_extents()) ** (1.0 / 3.0))
+    return math.cbrt(math.prod(shape.half_extents()))

@@ -6,83 +6,34 @@ asked, 2 after an error and 130 after an interrupt. An attempt that grasps nothi
 
 from __future__ import annotations
 
-import os
-import sys
-import traceback
+import threading
 from collections.abc import Sequence
-from typing import TextIO, TypeGuard
+from contextlib import nullcontext
+from typing import Any
 
-from ..exceptions import PilegraspError
-from . import (  # noqa: F401  (importing registers the verbs)
-    bench,
-    doctor,
-    export,
-    list_scenarios,
-    paper,
-    report,
-    run,
-    sweep,
-    tune,
-)
-from .application import app
-
-__all__ = ["app", "main"]
+from .interrupts import Interrupts
 
 READER_LEFT = 141
 """Exit status if the reader of standard output has closed it: 128 + 13, as a shell shows for SIGPIPE."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return its exit status: 0, 2 after an error, 130 after an interrupt."""
-    arguments = list(sys.argv[1:] if arguments is None else arguments)
-    if sys.stderr is None:
-        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
-    try:
-        if sys.stdout is None:
-            raise PilegraspError("standard output is closed, so a result would go nowhere; redirect it to /dev/null")
-        status = app(args=arguments, prog_name="pilegrasp", standalone_mode=False)
-        sys.stdout.flush()
-        return int(status or 0)
-    except KeyboardInterrupt:
-        return 130
-    except (BrokenPipeError, SystemExit):
-        # The reader has closed the stream; rich turns that into SystemExit. Without `_discard` the interpreter reports
-        # the error again when it closes the stream.
-        _discard(sys.stdout)
-        return READER_LEFT
-    except Exception as error:
-        if "--debug" in arguments:
-            traceback.print_exc()
-        else:
-            print(f"error: {_sentence(error)}", file=sys.stderr)
-        if _is_of_a_stream(error):
-            _discard(sys.stdout)
-        return 2
+    """Run the command line and return its exit status: 0, 2 after an error, 130 after an interrupt.
+
+    Without `arguments`, those of the process are used, and the process is expected to end afterwards.
+    """
+    # Python lets the main thread alone handle signals.
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    guard = Interrupts(at_once_in_the_end=arguments is None) if in_main_thread else nullcontext()
+    with guard as interrupts:
+        from .program import run_program
+
+        return run_program(arguments, interrupts)
 
 
-def _discard(stream: TextIO) -> None:
-    """Discard the rest in the buffer of a stream."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+def __getattr__(name: str) -> Any:
+    if name != "app":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from .program import app
 
-
-def _is_of_a_stream(error: Exception) -> TypeGuard[OSError]:
-    """Return whether an error belongs to a standard stream, as for a full disk; an error of a file has a file name."""
-    return isinstance(error, OSError) and error.errno is not None and error.filename is None
-
-
-def _sentence(error: Exception) -> str:
-    if isinstance(error, PilegraspError):
-        text = str(error)
-    elif hasattr(error, "format_message"):  # what typer raises for a wrong option or argument
-        text = f"{error.format_message().rstrip('.')}; see `{_command(error)} --help`"
-    elif _is_of_a_stream(error):
-        text = f"standard output cannot be written: {error.strerror}"
-    else:
-        text = f"internal error ({type(error).__name__}: {error}); run again with --debug for the traceback"
-    return " ".join(text.split())
-
-
-def _command(error: Exception) -> str:
-    """Return the command whose options are wrong, as it was called."""
-    context = getattr(error, "ctx", None)
-    return str(context.command_path) if context else "pilegrasp"
+    return app

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -18,6 +19,16 @@ JsonOption = Annotated[bool, typer.Option("--json", metavar="", help="Print one 
 DebugOption = Annotated[bool, typer.Option("--debug", metavar="", help="Show the traceback of an error.")]
 ScenarioArgument = Annotated[
     str, typer.Argument(metavar="NAME|FILE.toml", help="A scenario that `pilegrasp list` shows, or your own file.")
+]
+SettingsOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a key, as in pile.count=5; may be repeated."),
+]
+PluginsOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--plugins", metavar="DIR", help="Folder of your own functions, named as module:function; may be repeated."
+    ),
 ]
 
 MIN_WIDTH = 60
@@ -53,6 +64,12 @@ def make_console() -> Console:
 def make_progress(*columns: ProgressColumn) -> Progress:
     """Return progress bars on standard error, which vanish at the end; outside a terminal they show nothing."""
     return Progress(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty())
+
+
+def printable(text: str) -> str:
+    """Return a text on one line without control characters, which could change the terminal that shows them."""
+    line = " ".join(text.split())
+    return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in line)
 
 
 def print_json(document: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +15,11 @@ from ..exceptions import ExportError
 from ..files import VIEWS, check_output
 from .application import DebugOption, JsonOption, app, make_progress, print_json
 
+EmbedOption = Annotated[
+    bool, typer.Option("--embed-recording", metavar="", help="Put the recording into the page, for its reader to save.")
+]
+"""The option of verbs that write a page."""
+
 MOVIES = (".gif", ".mp4")
 """Suffixes of movies."""
 
@@ -21,6 +27,7 @@ MOVIES = (".gif", ".mp4")
 @app.command(
     "export",
     epilog="Pictures and movies are drawn by Chromium, an .mp4 is encoded by ffmpeg; a page needs neither. "
+    "F.csv holds the signals, F.rrd is for Rerun, F.mcap for Foxglove; the last two need pilegrasp[export]. "
     "The folder of a study becomes a table: F.csv, or F.parquet, which needs pyarrow.",
 )
 def export_recording(
@@ -34,21 +41,26 @@ def export_recording(
     output: Annotated[
         Path,
         typer.Argument(
-            metavar="F.html|F.png|F.gif|F.mp4|F.csv|F.parquet",
-            help="The page, contact sheet, movie or table to write; the name says which.",
+            metavar="F.html|F.png|F.gif|F.mp4|F.csv|F.rrd|F.mcap|F.parquet",
+            help="The page, contact sheet, movie, table or log to write; the name says which.",
         ),
     ],
     speed: Annotated[
         float | None, typer.Option(metavar="X", help="Speed of a movie in times real time, as in 0.5.")
     ] = None,
+    embed_recording: EmbedOption = False,
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """Turn a recording into a page that shows the attempt in any browser, a contact sheet or a movie.
+    """Turn a recording into a page that shows the attempt in any browser, a picture, a movie, a table or a log.
 
     Turn a study into a table.
     """
-    if len(recordings) == 1 and recordings[0].is_dir():
+    if len(recordings) == 1 and os.path.isdir(recordings[0]):
+        if speed is not None:
+            raise ExportError(f"--speed is for movies ({' and '.join(MOVIES)}); leave it out for a table")
+        if embed_recording:
+            raise ExportError("--embed-recording is for pages (.html); leave it out for a table")
         _export_study(recordings[0], output, as_json)
         return
     check_output(output, *VIEWS)
@@ -56,12 +68,15 @@ def export_recording(
         raise ExportError(
             f"{len(recordings)} recordings are given for {output.name}; give one, or two for a page (.html)"
         )
+    if embed_recording and output.suffix != ".html":
+        raise ExportError(f"--embed-recording is for pages (.html); leave it out for {output.name}")
     if speed is not None and output.suffix not in MOVIES:
         raise ExportError(f"--speed is for movies ({' and '.join(MOVIES)}); leave it out for {output.name}")
 
     from ..recording import Recording
-    from ..viewer import write
+    from ..viewer import require_programs, write
 
+    require_programs(output)
     first, *others = map(Recording.load, recordings)
     with drawing_progress(output) as progress:
         write(
@@ -70,6 +85,8 @@ def export_recording(
             beside=others[0] if others else None,
             speed=1.0 if speed is None else speed,
             progress=progress,
+            embed_recording=embed_recording,
+            sources=[] if embed_recording else [os.path.relpath(source, output.parent) for source in recordings],
         )
     if as_json:
         named = {"recording": str(recordings[0])} | ({"beside": str(recordings[1])} if others else {})

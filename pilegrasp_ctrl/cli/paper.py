@@ -14,15 +14,25 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.table import Table
 
-from ..study import FIRST_JUDGING_SEED
-from .application import DebugOption, JsonOption, app, make_console, make_progress, print_json
-from .study_options import JobsOption, SchedulerOption, study_progress, worker_count
+from ..plugins import use_plugins
+from ..study import FIRST_FRESH_SEED, FIRST_JUDGING_SEED, MAX_SEED
+from .application import DebugOption, JsonOption, PluginsOption, app, make_console, make_progress, print_json
+from .study_options import (
+    JobsOption,
+    SchedulerOption,
+    TlsCaOption,
+    TlsCertOption,
+    TlsKeyOption,
+    read_scheduler,
+    study_progress,
+    worker_count,
+)
 
 if TYPE_CHECKING:
     from ..scenarios.paper.plan import PlannedCondition, Remaining
 
-COLOURS = {"holds": "green", "fails": "red", "not decided": "yellow"}
-"""Colour of each verdict in the terminal."""
+COLOURS = {"holds": "green", "fails": "red", "undecided": "yellow", "calibrated": "magenta"}
+"""Colour of each verdict in the terminal; others have none."""
 
 
 @app.command(
@@ -35,7 +45,8 @@ def paper(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[fig06..fig11|velocity_force|motion_pattern|table1|all]...",
+            metavar="[fig06..fig11|velocity_force|motion_pattern|table1|few_balls|flat_plate|loose_pile|brittle_axes|"
+            "noisy_sensor|all]...",
             help="Which experiments; all by default.",
         ),
     ] = None,
@@ -44,19 +55,27 @@ def paper(
         typer.Option(
             min=1,
             metavar="N",
-            help="Largest number of attempts at a condition, by default the paper's; fewer if conditions are pooled.",
+            help="Largest number of attempts at a condition; by default those of the ledger, 15 to 100.",
         ),
     ] = None,
     jobs: JobsOption = None,
     scheduler: SchedulerOption = None,
+    tls_ca: TlsCaOption = None,
+    tls_cert: TlsCertOption = None,
+    tls_key: TlsKeyOption = None,
     seeds_from: Annotated[
         int,
         typer.Option(
             min=0,
+            max=MAX_SEED,
             metavar="SEED",
             help=f"First seed of every condition; below {FIRST_JUDGING_SEED} to try things out.",
         ),
-    ] = FIRST_JUDGING_SEED,
+    ] = FIRST_FRESH_SEED,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a key of every condition; may be repeated."),
+    ] = None,
     recordings: Annotated[
         bool, typer.Option("--recordings/--no-recordings", help="Whether to make pages of typical attempts.")
     ] = True,
@@ -64,18 +83,24 @@ def paper(
         bool,
         typer.Option("--dry-run", metavar="", help="Print the number of missing attempts and their time, and stop."),
     ] = False,
+    plugins: PluginsOption = None,
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
     """Run the paper's experiments and judge its claims: claims.json, index.html, figures, recordings."""
-    workers = worker_count(jobs, scheduler)
+    use_plugins(plugins or ())
+    cluster = read_scheduler(scheduler, tls_ca, tls_cert, tls_key)
+    workers = worker_count(jobs, cluster)
 
+    from ..config import parse_overrides
     from ..scenarios.paper.plan import EXPERIMENTS, find_experiment, plan
 
-    wanted = EXPERIMENTS if not names or "all" in names else dict.fromkeys(names)
-    planned = plan(map(find_experiment, wanted), attempts)
+    named = {name: find_experiment(name) for name in names or () if name != "all"}
+    every = not names or "all" in names
+    changes = parse_overrides(settings or [])
+    planned = plan((EXPERIMENTS if every else named).values(), attempts, changes)
     remaining = _remaining(planned, seeds_from, out)
-    print(_describe(remaining, len(planned), None if scheduler else workers), file=sys.stderr, flush=True)
+    print(_describe(remaining, len(planned), None if cluster else workers), file=sys.stderr, flush=True)
     if dry_run:
         if as_json:
             print_json(_costs(planned, remaining))
@@ -87,7 +112,9 @@ def paper(
 
     with study_progress("paper") as progress:
         try:
-            store = run_paper(planned, out, seeds_from, jobs=workers, scheduler=scheduler, progress=progress)
+            store = run_paper(
+                planned, out, seeds_from, jobs=workers, scheduler=cluster, settings=changes, progress=progress
+            )
         except KeyboardInterrupt:
             print(
                 f"stopped; finished attempts are kept in {out}; the same command runs the rest",
@@ -95,8 +122,16 @@ def paper(
             )
             raise
     with store, _pages() as shown:
-        command = _command(names, attempts, seeds_from, out)
-        document = write_results(store, command, seeds_from, recordings=recordings, progress=shown)
+        command = _command(names, attempts, seeds_from, settings or [], out)
+        document = write_results(
+            store,
+            command,
+            seeds_from,
+            attempts=attempts,
+            settings=changes,
+            recordings=recordings,
+            progress=shown,
+        )
     if as_json:
         print_json(document)
     else:
@@ -154,11 +189,12 @@ def _print_costs(planned: list[PlannedCondition]) -> None:
     make_console().print(table)
 
 
-def _command(names: list[str] | None, attempts: int | None, first_seed: int, out: Path) -> str:
+def _command(names: list[str] | None, attempts: int | None, first_seed: int, settings: list[str], out: Path) -> str:
     """Return the command that repeats this study."""
     words = ["pilegrasp", "paper", *(names or ["all"])]
     words += [] if attempts is None else ["--attempts", str(attempts)]
-    words += [] if first_seed == FIRST_JUDGING_SEED else ["--seeds-from", str(first_seed)]
+    words += [] if first_seed == FIRST_FRESH_SEED else ["--seeds-from", str(first_seed)]
+    words += [word for setting in settings for word in ("--set", setting)]
     return shlex.join([*words, "--out", str(out)])
 
 
@@ -173,12 +209,18 @@ def _pages() -> Iterator[Callable[[int, int], None]]:
 
 def _print_claims(document: Mapping[str, Any], out: Path) -> None:
     table = Table(box=None, pad_edge=False)
-    for column in ("", "verdict", "claim"):
+    for column in ("", "verdict", "repeats", "claim"):
         table.add_column(column)
-    for claim in document["claims"]:
-        verdict = claim["verdict"]
-        table.add_row(claim["id"], f"[{COLOURS[verdict]}]{verdict}[/]", escape(claim["claim"]))
+    for row in (*document["claims"], *document["nulls"]):
+        verdict = row["verdict"] or "no verdict"
+        repeats = "" if row["repeats"] is None else f"{100.0 * row['repeats']:.0f} %"
+        colour = COLOURS.get(verdict, "default")
+        table.add_row(row["id"], f"[{colour}]{verdict}[/]", repeats, escape(row["claim"]))
     console = make_console()
     console.print(table)
+    if document["missing"]:
+        console.print(
+            f"no verdict before the last attempt of `all`: {document['missing']} are missing", highlight=False
+        )
     for name in ("claims.json", "index.html"):
         console.print(f"wrote {escape(str(out / name))}", highlight=False, soft_wrap=True)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -13,21 +13,53 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 
 from ..exceptions import ConfigurationError
+from ..settings import parse_values
+from ..study import MAX_JOBS, MAX_SEED, check_count
 from .application import make_progress
 
 if TYPE_CHECKING:
     from ..study.run import StudyProgress
+    from ..study.scheduler import Scheduler
 
 JobsOption = Annotated[
-    int | None, typer.Option("--jobs", min=1, metavar="N", help="Worker processes; by default one for each core.")
+    int | None,
+    typer.Option("--jobs", min=1, max=MAX_JOBS, metavar="N", help="Worker processes; by default one for each core."),
 ]
 SchedulerOption = Annotated[
     str | None,
-    typer.Option("--scheduler", metavar="ADDRESS", help="Use the workers of this dask scheduler instead."),
+    typer.Option("--scheduler", metavar="tcp://HOST:PORT", help="Use the workers of this dask scheduler instead."),
+]
+TlsCaOption = Annotated[
+    Path | None,
+    typer.Option("--tls-ca", metavar="F.pem", help="Authority that signed the certificate of a tls:// scheduler."),
+]
+TlsCertOption = Annotated[
+    Path | None, typer.Option("--tls-cert", metavar="F.pem", help="Your certificate, for a tls:// scheduler.")
+]
+TlsKeyOption = Annotated[
+    Path | None, typer.Option("--tls-key", metavar="F.pem", help="Your key, if it is not in the file of --tls-cert.")
 ]
 
 
-def worker_count(jobs: int | None, scheduler: str | None) -> int:
+def read_scheduler(
+    address: str | None, tls_ca: Path | None, tls_cert: Path | None, tls_key: Path | None
+) -> Scheduler | None:
+    """Return the scheduler that the options name, or None.
+
+    Raises:
+        ConfigurationError: The address has another form, or the certificates do not belong to it.
+    """
+    files = [None if file is None else str(file) for file in (tls_ca, tls_cert, tls_key)]
+    if address is None:
+        if any(files):
+            raise ConfigurationError("--tls-ca, --tls-cert and --tls-key are for --scheduler; give its address too")
+        return None
+    from ..study.scheduler import Scheduler
+
+    return Scheduler(address, *files)
+
+
+def worker_count(jobs: int | None, scheduler: Scheduler | None) -> int:
     """Return the number of processes on this machine: the number that was asked for, or one for each usable core.
 
     Raises:
@@ -44,7 +76,7 @@ def parse_seeds(text: str) -> range:
     """Read `FIRST:LAST`, the last one left out, or one number.
 
     Raises:
-        ConfigurationError: The text has another form, or names no seed.
+        ConfigurationError: The text has another form, or names no seed or too many.
     """
     first, colon, last = text.partition(":")
     try:
@@ -52,7 +84,12 @@ def parse_seeds(text: str) -> range:
     except ValueError:
         seeds = range(0)
     if not seeds or seeds[0] < 0:
-        raise ConfigurationError(f"--seeds {text!r} must be FIRST:LAST, the last one left out, such as 0:3 for 0, 1, 2")
+        raise ConfigurationError(
+            f"--seeds {text!r:.80} must be FIRST:LAST, the last one left out, such as 0:3 for 0, 1, 2"
+        )
+    if seeds[-1] > MAX_SEED:
+        raise ConfigurationError(f"--seeds {text!r:.80}: the largest seed is {MAX_SEED}, 2^63 - 1")
+    check_count(seeds.stop - seeds.start, f"--seeds {text!r:.80} asks")
     return seeds
 
 
@@ -60,31 +97,23 @@ def parse_vary(texts: Iterable[str]) -> dict[str, list[Any]]:
     """Read `key=a,b,c` texts; the values are TOML if they parse as TOML, and bare strings otherwise.
 
     Raises:
-        ConfigurationError: A text has no `=`, no key or no value, or a key comes twice.
+        ConfigurationError: A text has no `=`, no key or no value, a key comes twice, or a part of a value would be
+            ignored.
     """
     found: dict[str, list[Any]] = {}
     for text in texts:
         key, separator, values = (part.strip() for part in text.partition("="))
         if not separator or not key or not values:
-            raise ConfigurationError(f"--vary {text!r} is not of the form key=a,b,c, as in --vary pile.count=5,10,20")
+            raise ConfigurationError(
+                f"--vary {text!r:.80} is not of the form key=a,b,c, as in --vary pile.count=5,10,20"
+            )
         if key in found:
             raise ConfigurationError(f"--vary {key} is given twice; put all its values behind one")
-        found[key] = _values(values)
+        try:
+            found[key] = parse_values(values)
+        except ConfigurationError as error:
+            raise ConfigurationError(f"--vary {text!r:.80}: {error}") from None
     return found
-
-
-def _values(text: str) -> list[Any]:
-    try:
-        return list(tomllib.loads(f"values = [{text}]")["values"])
-    except tomllib.TOMLDecodeError:
-        return [_value(part.strip()) for part in text.split(",")]
-
-
-def _value(text: str) -> Any:
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
 
 
 @contextmanager

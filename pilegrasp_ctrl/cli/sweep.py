@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
@@ -13,8 +12,20 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from .application import DebugOption, JsonOption, ScenarioArgument, app, make_console, print_json
-from .study_options import JobsOption, SchedulerOption, parse_seeds, parse_vary, study_progress, worker_count
+from ..plugins import use_plugins
+from .application import DebugOption, JsonOption, PluginsOption, ScenarioArgument, app, make_console, print_json
+from .study_options import (
+    JobsOption,
+    SchedulerOption,
+    TlsCaOption,
+    TlsCertOption,
+    TlsKeyOption,
+    parse_seeds,
+    parse_vary,
+    read_scheduler,
+    study_progress,
+    worker_count,
+)
 
 if TYPE_CHECKING:
     from ..study.attempt import AttemptRow
@@ -48,6 +59,9 @@ def sweep(
     ] = None,
     jobs: JobsOption = None,
     scheduler: SchedulerOption = None,
+    tls_ca: TlsCaOption = None,
+    tls_cert: TlsCertOption = None,
+    tls_key: TlsKeyOption = None,
     record: Annotated[
         Recorded,
         typer.Option(
@@ -58,18 +72,29 @@ def sweep(
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Change a key for all of them; may be repeated."),
     ] = None,
+    measure: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODULE:FUNCTION", help="Function of a recording that returns a dict of numbers for each attempt."
+        ),
+    ] = None,
+    plugins: PluginsOption = None,
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
     """Run every combination of the varied keys with every seed, and count the successes."""
-    workers = worker_count(jobs, scheduler)
+    use_plugins(plugins or ())
+    cluster = read_scheduler(scheduler, tls_ca, tls_cert, tls_key)
+    workers = worker_count(jobs, cluster)
 
     from ..config import parse_overrides
+    from ..study import check_count
     from ..study.condition import conditions
 
     values, overrides = parse_vary(vary or []), parse_overrides(settings or [])
     numbers = parse_seeds(seeds)
     found = conditions(scenario, values, overrides)
+    check_count(len(found) * len(numbers), f"{len(found)} combinations with {len(numbers)} seeds each ask")
     attempts = [(condition, seed) for condition in found for seed in numbers]
 
     from ..study.run import run_study
@@ -81,8 +106,9 @@ def sweep(
                 attempts,
                 out,
                 jobs=workers,
-                scheduler=scheduler,
+                scheduler=cluster,
                 record=record.value,
+                measure=measure,
                 configuration=_configuration(scenario, values, overrides),
                 progress=progress,
             )
@@ -104,9 +130,10 @@ def sweep(
 
 def _configuration(scenario: str, vary: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values that two sweeps must share to be one study; varied values and seeds may be added later."""
+    from ..files import read_toml
     from ..scenarios import find
 
-    table = tomllib.loads(find(scenario).read_text(encoding="utf-8-sig"))
+    table = read_toml(find(scenario))
     shared = {key: value for key, value in table.items() if key not in ("summary", "tags")}
     return {"scenario": shared, "set": dict(overrides), "varied": sorted(vary)}
 
@@ -117,11 +144,15 @@ def _print_rows(rows: Sequence[SummaryRow], varied: list[str]) -> None:
         table.add_column(escape(column))
     for column in ("attempts", "successes", "rate", "95 % interval", "several", "F_grasp", "errors"):
         table.add_column(column, justify="right")
+    measured = list(dict.fromkeys(name for row in rows for name in row.measures))
+    for name in measured:
+        table.add_column(escape(name), justify="right")
     for row in rows:
         names = [escape(str(row.condition[key])) for key in varied or ["scenario"]]
         interval = f"{100 * row.ci_low:.0f} to {100 * row.ci_high:.0f} %"
         counts = (row.n, row.successes, f"{100 * row.rate:.0f} %", interval, row.multiple, row.triggered, row.errors)
-        table.add_row(*names, *map(str, counts))
+        means = [f"{row.measures[name]:.4g}" if name in row.measures else "-" for name in measured]
+        table.add_row(*names, *map(str, counts), *means)
     make_console().print(table)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
@@ -16,7 +16,20 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.table import Table
 
 from ..exceptions import ConfigurationError
-from .application import DebugOption, JsonOption, ScenarioArgument, app, make_console, make_progress, print_json
+from ..plugins import use_plugins
+from ..study import MAX_JOBS
+from ..tuning import MAX_TRIALS
+from .application import (
+    DebugOption,
+    JsonOption,
+    PluginsOption,
+    ScenarioArgument,
+    SettingsOption,
+    app,
+    make_console,
+    make_progress,
+    print_json,
+)
 from .study_options import parse_seeds
 
 MAX_SEEDS = 1000
@@ -44,11 +57,15 @@ def tune(
             help="Controller to tune; by default that of the scenario, or else of the hand.",
         ),
     ] = None,
-    trials: Annotated[int, typer.Option(min=1, metavar="N", help="Number of gains to try, including the start.")] = 60,
+    trials: Annotated[
+        int, typer.Option(min=1, max=MAX_TRIALS, metavar="N", help="Number of gains to try, including the start.")
+    ] = 60,
     seeds: Annotated[
         str, typer.Option(metavar="FIRST:LAST", help="Seeds that each trial runs, the last one left out.")
     ] = "0:1",
-    jobs: Annotated[int, typer.Option(min=1, metavar="N", help="Processes; more than 4 do not help.")] = 1,
+    jobs: Annotated[
+        int, typer.Option(min=1, max=MAX_JOBS, metavar="N", help="Processes; more than 4 do not help.")
+    ] = 1,
     start: Annotated[
         Path | None, typer.Option(metavar="GAINS.toml", help="Gains to begin with; by default those that ship.")
     ] = None,
@@ -56,16 +73,15 @@ def tune(
         int,
         typer.Option(min=0, metavar="N", help="Demand the margin with torques that are N control periods late."),
     ] = 0,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a key, as in line.speed=0.2; may be repeated."),
-    ] = None,
+    settings: SettingsOption = None,
+    plugins: PluginsOption = None,
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
     """Search for controller gains: small tracking error, calm torques, and a margin before the loop rings."""
     from ..config import load_scenario, parse_overrides
 
+    use_plugins(plugins or ())
     overrides = parse_overrides(settings or [])
     if controller is not None:
         overrides["controller.kind"] = controller.value
@@ -92,7 +108,8 @@ def tune(
             raise
         analysis = analyse_search(search, store, jobs, progress)
     options = {"--controller": controller, "--trials": trials, "--seeds": seeds, "--jobs": jobs, "--start": start}
-    command = _command(scenario, {**options, "--late": late or None}, settings or [], out)
+    repeated = [("--set", setting) for setting in settings or []] + [("--plugins", str(each)) for each in plugins or []]
+    command = _command(scenario, {**options, "--late": late or None}, repeated, out)
     document = write_results(analysis, command)
     if as_json:
         print_json(document)
@@ -100,13 +117,13 @@ def tune(
         _print_result(document)
 
 
-def _command(scenario: str, options: Mapping[str, Any], settings: list[str], out: Path) -> str:
+def _command(scenario: str, options: Mapping[str, Any], repeated: Iterable[tuple[str, str]], out: Path) -> str:
     """Return the command that repeats this search."""
     words = ["pilegrasp", "tune", scenario]
     for name, value in options.items():
         words += [] if value is None else [name, str(value)]
-    for setting in settings:
-        words += ["--set", setting]
+    for pair in repeated:
+        words += pair
     return shlex.join([*words, "--out", str(out)])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from functools import partial
 
@@ -11,13 +12,16 @@ from numpy.typing import ArrayLike
 from ..arm.model import ArmModel
 from ..arm.state import ArmState
 from ..exceptions import ConfigurationError
+from ..limits.limit import Limit
+from ..limits.standard import LIMITS
+from ..qp.solvers import Solver
 from ..tasks.gain_values import check_wrench, read_number
 from ..tasks.gains import FORCE_GAIN_MEANING, Impedance
+from ..tasks.tool_axes import turn_wrench
 from ..types import Array, Command, ControllerOutput, Observation, Reference
 from .force_command import ForceFeedback, ForceRamp
 from .impedance import ImpedanceController
 from .sampled_data import check_force_gain
-from .tool_axes import turn_wrench
 
 YIELDING_STIFFNESS = 0.06
 """Share of the stiffness kept along a desired force; chosen: it returns the tool, and adds little to 5 N."""
@@ -26,7 +30,7 @@ RAMP_TIME = 0.1
 _VERTICAL = (0.0, 0.0, 1.0)
 """Default direction along which the hand yields to a desired force."""
 _INDEPENDENT = 1e-9
-"""Relative singular value above which a direction adds to the others; chosen."""
+"""Part of a direction outside the others, over its length, from which on it adds to them; chosen."""
 
 
 class ContactImpedanceController:
@@ -76,13 +80,14 @@ class ContactImpedanceController:
         arm: ArmModel,
         impedance: Impedance,
         posture: Array,
-        solver: str = "daqp",
+        solver: str | Solver = "daqp",
         rate: float = 500.0,
         force_directions: ArrayLike = _VERTICAL,
         *,
         free: Impedance | None = None,
         wrench_lag: float | None = None,
         force_ramp: float = RAMP_TIME,
+        limits: Collection[str | Limit] = LIMITS,
     ) -> ContactImpedanceController:
         """Set up both controllers.
 
@@ -94,12 +99,13 @@ class ContactImpedanceController:
             arm: Arm to control.
             impedance: Gains [N/m, N·m/rad].
             posture: (nv,) Preferred posture [rad].
-            solver: Name of the solver: "daqp", "osqp", "proxqp" or "quadprog".
+            solver: Name of the solver, or an object that solves.
             rate: Rate at which you call `step` [Hz].
             force_directions: Directions that yield, (3,) or (k, 3), of any length, in the axes of the gains.
             free: Gains while no force is desired; required if `impedance` has a desired force.
             wrench_lag: Lag of the measured wrench as for `ImpedanceController` [s].
             force_ramp: Duration of the change from one controller to the other [s].
+            limits: Limits of both controllers, as for `ImpedanceController`.
 
         Raises:
             ConfigurationError: A direction is zero or not finite, `free` is missing or not allowed, or a controller
@@ -119,7 +125,15 @@ class ContactImpedanceController:
             check_force_gain(arm, impedance, posture, basis, 0.0 if wrench_lag is None else wrench_lag)
         moving = replace(impedance if free is None else free, force_gain=0.0, desired_force=np.zeros(6))
         stiffness = None if own else _weaken_springs(impedance.stiffness, basis)
-        make = partial(ImpedanceController, arm, posture=posture, solver=solver, rate=rate, wrench_lag=wrench_lag)
+        make = partial(
+            ImpedanceController,
+            arm,
+            posture=posture,
+            limits=limits,
+            solver=solver,
+            rate=rate,
+            wrench_lag=wrench_lag,
+        )
         return cls(
             make(impedance=moving),
             make(impedance=replace(impedance, force_gain=0.0), stiffness=stiffness),
@@ -156,11 +170,33 @@ class ContactImpedanceController:
         if self._feedback is not None:
             force = self._feedback.update(observation.time, force, observation.wrench)
         if share == 0.0:
+            self.yielding.reset()
             return self.free.step(observation, reference, state=state)
         if share == 1.0:
+            self.free.reset()
             return self.yielding.step(observation, reference, state=state, desired_force=force)
         pressing = self.yielding.step(observation, reference, state=state, desired_force=force / share)
-        return _mix(self.free.step(observation, reference, state=state), pressing, share)
+        output = _mix(self.free.step(observation, reference, state=state), pressing, share)
+        for controller in (self.free, self.yielding):
+            controller.remember(observation.time, output.command.torque)
+        return output
+
+    @property
+    def arm(self) -> ArmModel:
+        """Arm to control."""
+        return self.free.arm
+
+    def reset(self) -> None:
+        """Forget the last period, the ramp of the force and its correction, as before a new motion."""
+        self.free.reset()
+        self.yielding.reset()
+        self._ramp = ForceRamp(self._ramp.duration)
+        self._feedback = None if self._feedback is None else ForceFeedback(self._feedback.gain)
+
+    def set_payload(self, mass: float, center_of_mass: ArrayLike, inertia: ArrayLike | None = None) -> None:
+        """Replace the payload that the hand carries from now on; see `InverseDynamics.set_payload`."""
+        self.free.set_payload(mass, center_of_mass, inertia)
+        self.yielding.set_payload(mass, center_of_mass, inertia)
 
 
 def _orthonormal_basis(directions: ArrayLike) -> Array:
@@ -168,11 +204,18 @@ def _orthonormal_basis(directions: ArrayLike) -> Array:
     given = np.atleast_2d(np.asarray(directions, dtype=np.float64))
     if given.ndim != 2 or given.shape[1] != 3 or not np.isfinite(given).all():
         raise ConfigurationError(f"force_directions = {given.tolist()} must be directions of three finite numbers")
-    sizes, basis = np.linalg.svd(given, full_matrices=False)[1:]
-    basis = basis[sizes > _INDEPENDENT * max(sizes[0], _INDEPENDENT)]
-    if not len(basis):
+    basis: list[Array] = []
+    for direction in given:
+        size, rest = np.sqrt((direction * direction).sum()), direction
+        for _ in range(2):  # the second pass removes the round-off of the first
+            for one in basis:
+                rest = rest - (one * rest).sum() * one
+        left = np.sqrt((rest * rest).sum())
+        if left > _INDEPENDENT * max(size, _INDEPENDENT):
+            basis.append(rest / left)
+    if not basis:
         raise ConfigurationError("force_directions are all zero; give a direction, such as (0, 0, 1) for the vertical")
-    return basis
+    return np.array(basis)
 
 
 def _weaken_springs(stiffness: Array, basis: Array) -> Array:
@@ -181,7 +224,7 @@ def _weaken_springs(stiffness: Array, basis: Array) -> Array:
     It is K^½ (1 - (1 - share) P) K^½ with the projector P. It is symmetric; along an axis it is just a smaller number.
     """
     weaken = np.eye(6)
-    weaken[:3, :3] -= (1.0 - YIELDING_STIFFNESS) * basis.T @ basis
+    weaken[:3, :3] -= (1.0 - YIELDING_STIFFNESS) * (basis[:, :, None] * basis[:, None, :]).sum(axis=0)
     root = np.sqrt(stiffness)
     return root[:, None] * weaken * root
 
@@ -192,4 +235,5 @@ def _mix(free: ControllerOutput, pressing: ControllerOutput, share: float) -> Co
     acceleration = (1.0 - share) * free.acceleration + share * pressing.acceleration
     active = tuple(name for name in free.active_limits if name in pressing.active_limits)
     solve_time = free.solve_time + pressing.solve_time
-    return ControllerOutput(Command(torque), acceleration, active, solve_time, free.fallback or pressing.fallback)
+    fallback, refused = free.fallback or pressing.fallback, free.refused or pressing.refused
+    return ControllerOutput(Command(torque), acceleration, active, solve_time, fallback, refused)

@@ -7,10 +7,11 @@ from math import exp, hypot, inf, isfinite
 import numpy as np
 import pinocchio as pin
 
-from ..arm.friction import coulomb_torque
 from ..arm.model import ArmModel
 from ..arm.state import ArmState
 from ..exceptions import ConfigurationError, ModelError
+from ..kernels.algebra import length_square, multiply, multiply_transposed
+from ..kernels.friction import friction_torque
 from ..types import Array, ControllerOutput, Observation, Reference
 from .friction_compensation import FEED_FORWARD_SCALE
 from .operational_space import OperationalSpaceController
@@ -114,9 +115,10 @@ class DisturbanceObserver:
         """
         state = self.arm.update(observation.q, observation.v) if state is None else state
         torque = np.asarray(torque, dtype=np.float64)
-        if torque.shape != state.v.shape or not isfinite(torque.dot(torque)):
+        if torque.shape != state.v.shape or not isfinite(length_square(torque)):
             raise ModelError(f"the commanded torque must be {self.arm.nv} finite numbers; it is {torque.tolist()}")
-        momentum, passive = state.M.dot(state.v), self._passive(state)
+        momentum, passive = np.empty(len(state.v)), self._passive(state)
+        multiply(state.M, state.v, momentum)
         last, self._last = self._last, (observation.time, momentum, passive)
         if last is None:
             return self._estimate.copy()
@@ -135,9 +137,12 @@ class DisturbanceObserver:
     def _passive(self, state: ArmState) -> Array:
         """Return (nv,) the momentum's rate without torques: Cᵀ v - g - friction, with C v + g = h."""
         C, v = pin.computeCoriolisMatrix(self._model, self._data, state.q, state.v), state.v
-        passive: Array = C.T.dot(v) + C.dot(v) - state.h
-        passive -= coulomb_torque(v, self._coulomb, self._scale)
-        passive -= self._viscous * v
+        passive, along, friction = np.empty((3, len(v)))
+        multiply_transposed(C, v, passive)
+        multiply(C, v, along)
+        passive += along - state.h
+        friction_torque(v, self._coulomb, self._viscous, self._scale, friction)
+        passive -= friction
         return passive
 
 

@@ -6,6 +6,7 @@ from math import inf, sqrt
 
 import numpy as np
 
+from ..kernels.algebra import length_square
 from ..types import Array
 
 _IN_CONTACT = 0.1
@@ -94,11 +95,11 @@ class ForceFeedback:
             self.correction = 0.0
             elapsed = 0.0
         force = desired[:3]
-        size = sqrt(force.dot(force))
+        size = sqrt(length_square(force))
         if size == 0.0:
             self.correction = 0.0
             return desired
-        pressed = -float(force.dot(wrench[:3])) / size
+        pressed = -(force[0] * wrench[0] + force[1] * wrench[1] + force[2] * wrench[2]) / size
         error = size - pressed if pressed > _IN_CONTACT * size else -self.correction
         self.correction = min(max(self.correction + self.gain * elapsed * error, -size), size)
         corrected = desired.copy()
@@ -109,6 +110,6 @@ class ForceFeedback:
 def _limit_change(force: Array, wanted: Array, share: float) -> Array:
     """Return `force`, moved toward `wanted` by at most `share` times the larger of the two."""
     change = wanted - force
-    distance = float(np.sqrt(change.dot(change)))
-    largest = share * float(np.sqrt(max(force.dot(force), wanted.dot(wanted))))
+    distance = sqrt(length_square(change))
+    largest = share * sqrt(max(length_square(force), length_square(wanted)))
     return wanted if distance <= largest else force + (largest / distance) * change

@@ -1,28 +1,40 @@
-"""Inverse dynamics under limits: joint torques for a wanted tool acceleration; every controller uses it."""
+"""Inverse dynamics: joint torques that serve a list of tasks within a list of limits; every controller uses it."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from time import perf_counter
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
-from eigenpy import LLT  # type: ignore[import-untyped]
+from numpy.typing import ArrayLike
 
-from ..arm.friction import coulomb_torque
+from ..arm.fitting import check_arm, check_observation, check_rate
 from ..arm.model import ArmModel
 from ..arm.state import ArmState
 from ..exceptions import ConfigurationError, SolverError
-from ..limits.acceleration_bounds import AccelerationBounds, AffineLimit
-from ..limits.motion_limits import PositionLimit, VelocityLimit, braking_acceleration
-from ..limits.torque_limit import TorqueLimit
-from ..qp.program import QuadraticProgram, Solution, make_solver, solve
-from ..tasks.frame_task import FrameTask, Objective
-from ..tasks.posture_task import PostureTask
-from ..types import Array, Command, ControllerOutput
+from ..kernels.algebra import add_normal_equations, cholesky, solve_factored
+from ..kernels.friction import allow_for_friction
+from ..kernels.program import joint_torque, smallest_margin
+from ..limits.limit import Limit
+from ..limits.standard import read_limits
+from ..qp.daqp_solver import DaqpSolver
+from ..qp.problem import as_problem
+from ..qp.program import QuadraticProgram, Solution, solve
+from ..qp.solvers import Solver, make_solver, solver_name
+from ..tasks.posture_task import DampingTask
+from ..tasks.task import Task
+from ..types import Array, Command, ControllerOutput, Observation
+from .assembly import Assembly
+from .elapsed import notice_period
+from .fallback import fall_back
+from .friction_compensation import FrictionCompensation, make_compensation
+from .limit_rows import CheckedLimits
+from .task_rows import CheckedTasks
+from .usual_period import UsualPeriod
 
-LIMITS = ("torque", "velocity", "position")
-"""Names of the limits, in arguments and in `active_limits`."""
+if TYPE_CHECKING:
+    import qpsolvers
 
 FRICTION_RESERVE = 200.0
 """Distance to a bound beyond which joint friction cannot move a light joint across it [rad/s²]; chosen."""
@@ -30,252 +42,291 @@ EXPECTED_FRICTION_SCALE = 0.05
 """Joint velocity at which three quarters of the Coulomb friction are expected near a limit [rad/s]; chosen."""
 ACTIVE = 1e-6
 """Distance below which a limit is active [rad/s², N·m]; chosen below `FEASIBILITY`, the tolerance of an answer."""
-_FALLBACK_DAMPING = 10.0
-"""Damping of the joints over their inertia, in periods without a solution [1/s]; chosen."""
-_DEMAND = 1.25
-"""Largest acceleration that a bound may demand, over the joint's braking acceleration; chosen.
-
-On the border of the states from which a joint can brake, a bound demands exactly the braking acceleration. Beyond the
-border it demands slightly more.
-"""
 
 
 class InverseDynamics:
     """A quadratic program in the joint accelerations a.
 
-        minimise    |W^½ (J a + Jdot_v - wanted)|² + w |a - a_posture|²
-        subject to  bounds on a from velocity and position limits,    |S (M a + h + feed-forward)| <= torque limit
+        minimise    Σ |A a - b|²  over the rows of the tasks,    subject to    lower <= G a <= upper  of the limits
 
-    S is the identity except for joints that share motors; see `TorqueLimit`.
+    The torque is M a + h plus feed-forward torques. Hard limits hold always. Soft ones give way, for that period, where
+    the hard ones leave no room, so there is always a torque. `docs/control.md` explains tasks and limits.
 
-    The torque rows are hard. The bounds on a are hard too, if a solution exists. If a saturated arm cannot meet them,
-    they are softened for that period, so there is always a torque. Buffers are reused between calls, so use one
-    instance in one thread only.
+    Two things outlast a period: its time and its torque. They serve `TorqueRateLimit`, and show a period that is not
+    the stated one; `reset` forgets them. A copy or a pickle of a controller gives the same torques as the controller.
+    Threads may share an arm, but not a controller, a task or a limit.
 
     Attributes:
         arm: Arm to control.
+        rate: Control rate [Hz].
         solver: Solver of the program.
-        posture_root: Square root of the posture's weight.
+        friction: Feed-forward against joint friction; None without one.
     """
-
-    _memory: ClassVar[tuple[str, ...]] = ()
-    """Names of the attributes that outlast a period."""
 
     def __init__(
         self,
         arm: ArmModel,
-        task: FrameTask,
-        posture: PostureTask,
-        limits: Collection[str] = LIMITS,
-        solver: str = "daqp",
+        tasks: Sequence[Task],
+        limits: Collection[str | Limit] | None = None,
+        solver: str | Solver = "daqp",
         rate: float = 500.0,
+        *,
+        friction: FrictionCompensation | bool = True,
     ) -> None:
-        """Allocate the program.
+        """Join tasks and limits.
 
         Args:
             arm: Arm to control.
-            task: Task of the tool.
-            posture: Task of the posture.
-            limits: Limits to enforce, of "torque", "velocity" and "position".
-            solver: Name of the solver.
-            rate: Control rate [Hz].
+            tasks: Tasks; their weights say which matters more. Unless one of them is `regular`, as a `PostureTask` is,
+                a `DampingTask` is added, so that the motion that the tasks leave free dies out.
+            limits: Limits, objects or names out of "torque", "velocity" and "position"; all three by default.
+            solver: Name of the solver, or an object that solves.
+            rate: Rate at which you call `step` [Hz].
+            friction: Whether to feed the arm's joint friction forward, or the feed-forward itself.
 
         Raises:
-            ConfigurationError: A limit or the solver is unknown, the rate is not positive, or the posture does not fit
-                the arm.
+            ConfigurationError: A task, a limit or the solver is unknown or does not fit the arm or the rate, or gains
+                diverge at this rate.
         """
-        if unknown := [name for name in limits if name not in LIMITS]:
-            raise ConfigurationError(f"no limit {unknown[0]!r}; the limits are {', '.join(LIMITS)}")
-        if not 0.0 < rate < np.inf:
-            raise ConfigurationError(f"rate = {rate} must be a positive frequency [Hz]")
-        n = arm.nv
-        if posture.target is not None and posture.target.shape != (n,):
-            raise ConfigurationError(f"the posture has {len(posture.target)} entries; {arm.name} has {n} joints")
-        self._arguments = arm, task, posture, tuple(limits), solver, rate
-        self.arm, self._task, self._posture = arm, task, posture
-        self.posture_root = posture.sqrt_weight
-        affine: list[AffineLimit] = []
-        braking = braking_acceleration(arm)
-        self._period, self._nearest = 1.0 / rate, -np.inf
-        self._has_friction = bool(arm.friction_coulomb.any() or arm.friction_viscous.any())
-        if "velocity" in limits:
-            affine.append(VelocityLimit(arm, rate))
-        if "position" in limits:
-            affine.append(PositionLimit(arm, rate, braking=braking))
-        self._bounds = AccelerationBounds(affine, n, _DEMAND * braking)
-        self._fallback_limit = TorqueLimit(arm)
-        self._torque_limit = self._fallback_limit if "torque" in limits else None
+        check_arm(arm, type(self).__name__)
+        self.arm = self._empty_arm = arm
+        self.rate = check_rate(rate)
+        if isinstance(tasks, str) or not isinstance(tasks, Collection):
+            raise ConfigurationError(f"tasks = {tasks!r:.80} must be a list of tasks, such as [FrameTask(arm)]")
+        tasks = list(tasks)
+        if tasks and not any(getattr(task, "regular", False) for task in tasks):
+            tasks.append(DampingTask(arm))
+        self._tasks = CheckedTasks(tasks, arm, self.rate)
+        self._limits = CheckedLimits(read_limits(arm, limits, self.rate), arm.nv)
         self.solver = make_solver(solver)
-        # One product gives everything affine in the state: bounds, target velocities and target accelerations. The
-        # tool's six rows of each target are not affine; they overwrite zeros of the product.
-        rows = 6 + n
-        matrices, offsets = posture.affine(n)
-        affine_targets = np.zeros((2, rows, 2 * n + 1))
-        affine_targets[:, 6:, :-1], affine_targets[:, 6:, -1] = matrices, offsets
-        self._matrix = np.vstack((self._bounds.matrix, *affine_targets))
-        self._values = np.zeros(len(self._matrix))
-        self._blocks = self._bounds.split(self._values[: -2 * rows])
-        targets = self._values[-2 * rows :].reshape(2, rows)
-        self._posture_targets = targets[:, 6:]
-        self._velocity_target, self._tool_velocity = targets[0], targets[0, :6]
-        self._A, self._c = np.zeros((rows, n)), targets[1]
-        self._A[6:] = posture.sqrt_weight * np.eye(n)
-        self._A_transposed = self._A.T
-        self._tool_rows = Objective(self._A[:6], self._c[:6])
-        lower, upper = np.full(2 * n, -np.inf), np.full(2 * n, np.inf)
-        self._program = QuadraticProgram(np.zeros((n, n)), np.zeros(n), np.zeros((n, n)), lower, upper)
-        # Views that are made once are cheaper than slices in every period.
-        self._acceleration_bounds = lower[:n], upper[:n]
-        self._torque_bounds = lower[n:], upper[n:]
+        self.friction = make_compensation(arm, friction)
+        self._has_friction = bool(arm.friction_coulomb.any() or arm.friction_viscous.any())
+        reserve = FRICTION_RESERVE if self._has_friction else -np.inf
+        parts = self._tasks, self._limits, self.friction or FrictionCompensation(arm, gain=0.0), self.solver
+        self._usual = UsualPeriod.of(*parts, reserve, ACTIVE)
+        self._time: float | None = None
+        self._torque: Array | None = None
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({self.arm!r}, {self._task!r}, solver={self.solver.name!r})"
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Copy and pickle by the arguments: views into one buffer would come apart if each were copied."""
-        return type(self), self._arguments, {name: getattr(self, name) for name in self._memory}
-
-    def is_far(self, nearest: float) -> bool:
-        """Return whether every bound is far enough away that joint friction cannot reach it. NaN counts as near.
-
-        Args:
-            nearest: Nearest bound, as `AccelerationBounds.intersect` returns it [rad/s²].
-        """
-        return nearest <= (-FRICTION_RESERVE if self._has_friction else np.inf)
-
-    def constants(self) -> tuple[Array, Array]:
-        """Return the stacked matrix (rows, 2 nv + 1) of all that is affine in the state, and S (nv, nv)."""
-        limit = self._torque_limit
-        return self._matrix, np.eye(self.arm.nv) if limit is None or limit.matrix is None else limit.matrix
-
-    def limits(self) -> Array:
-        """Return (3, nv) the limits of S tau [N·m] and the largest demands of lower and upper bounds [rad/s²]."""
-        limit = self._torque_limit
-        torque = np.full(self.arm.nv, np.inf) if limit is None else limit.limit
-        return np.vstack((torque, self._bounds.demand.reshape(2, -1)))
+        return f"{type(self).__name__}({self.arm!r}, {list(self.tasks)!r}, solver={self.solver_name!r})"
 
     @property
-    def program(self) -> QuadraticProgram:
-        """The program that was assembled and solved last; the next period reuses its arrays."""
-        return self._program
+    def tasks(self) -> tuple[Task, ...]:
+        """Tasks of the controller."""
+        return self._tasks.tasks
 
-    def assemble(self, state: ArmState, wanted: Array, posture: Array | None = None) -> None:
-        """Write the cost and the bounds on a.
+    @property
+    def solver_name(self) -> str:
+        """Name of the solver."""
+        return solver_name(self.solver)
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """Limits of the controller; where two contradict each other, the first one wins."""
+        return self._limits.limits
+
+    def reset(self) -> None:
+        """Forget time and torque of the last period, as before a new motion."""
+        self._time = self._torque = None
+
+    def remember(self, time: float, torque: Array) -> None:
+        """State the time [s] and the torque (nv,) [N·m] of the last period, where another torque was commanded."""
+        self._time, self._torque = time, torque
+
+    def set_payload(self, mass: float, center_of_mass: ArrayLike, inertia: ArrayLike | None = None) -> None:
+        """Replace the payload that the hand carries from now on, as after a grasp; a mass of zero takes it away.
 
         Args:
-            state: State of the arm.
-            wanted: (6,) Wanted acceleration of the tool [m/s², rad/s²].
-            posture: (nv,) Joint positions in place of the posture task's target [rad].
+            mass: Mass [kg].
+            center_of_mass: (3,) Centre of mass, in the axes of the tool frame [m].
+            inertia: (3, 3) Inertia about the centre of mass [kg·m²]; that of a point by default.
 
         Raises:
-            ConfigurationError: The posture has a wrong shape or a value that is not finite.
+            ModelError: The mass is negative, or a value is not finite.
+            ConfigurationError: A limit cannot be kept with this payload; the former payload stays.
         """
-        self._matrix.dot(state.x, out=self._values)
-        if posture is not None:
-            if np.shape(posture) != state.q.shape or not np.isfinite(posture).all():
-                raise ConfigurationError(f"the posture must be {self.arm.nv} finite numbers; it is {posture}")
-            self._posture.retarget(self._posture_targets, state.q, posture)
-        self._nearest = self._bounds.intersect(self._blocks, *self._acceleration_bounds)
-        self._task.write(self._tool_rows, state, wanted)
-        _, _, _, lower, upper = self._program
-        A, limit = self._A, self._torque_limit
-        G = state.M if limit is None else limit.rows(state.M)
-        self._program = QuadraticProgram(self._A_transposed.dot(A), self._c.dot(A), G, lower, upper)
+        arm = self._empty_arm if mass == 0.0 else self._empty_arm.with_payload(mass, center_of_mass, inertia)
+        self._limits.check(arm)
+        self.arm = arm
 
-    def joint_velocity(self, twist: Array) -> Array:
-        """Return (nv,) the joint velocity that a tool twist and the posture ask for [rad/s].
-
-        It minimises the program's cost with velocities in place of accelerations, without the limits. Call `assemble`
-        first.
-        """
-        np.multiply(twist, self._task.sqrt_weight, out=self._tool_velocity)
-        velocity: Array = LLT(self._program.H).solve(self._velocity_target.dot(self._A))
-        return velocity
-
-    def solve(self, state: ArmState, friction: Array | None = None, cancelled: Array | None = None) -> ControllerOutput:
-        """Return the torques of the program that was assembled.
-
-        Both torques below are added to that of the accelerations, and they count in the torque limits.
+    def step(
+        self, observation: Observation, state: ArmState | None = None, disturbance: Array | None = None
+    ) -> ControllerOutput:
+        """Return the torques for one control period.
 
         Args:
-            state: State that was assembled.
-            friction: (nv,) Torque against the expected friction [N·m].
-            cancelled: (nv,) Torque against a known torque of the environment on the joints [N·m].
-        """
-        offset = state.h if friction is None else state.h + friction
-        if cancelled is not None:
-            offset = offset + cancelled
-        if self._has_friction and self._nearest > -FRICTION_RESERVE:
-            return self._solve_near_limits(state, offset, friction)
-        return self._solve(state, offset)
+            observation: Measurement of the arm.
+            state: `controller.arm.update(observation.q, observation.v)`, if you have it already.
+            disturbance: (nv,) Torque of the environment on the joints [N·m], as `DisturbanceObserver` estimates it. It
+                is cancelled within the torque limits. Do not give it in contact, because it would work against the
+                touched object.
 
-    def _solve_near_limits(self, state: ArmState, offset: Array, compensated: Array | None) -> ControllerOutput:
+        Raises:
+            ModelError: The observation has a wrong shape or a value that is not finite.
+            ConfigurationError: A task has no target, its gains have changed to ones that diverge, or the rows of a
+                task or limit have a wrong shape.
+        """
+        state = self._checked(observation, state)
+        notice_period(self._time, observation.time, self.rate)
+        usual = None
+        if self._usual is not None and disturbance is None:
+            usual = self._usual.solve_or_assemble(observation.time, state)
+        if isinstance(usual, ControllerOutput):
+            output = usual
+        else:
+            assembly = self._assemble(observation, state, disturbance) if usual is None else usual
+            output = self.solve(assembly)
+            self._remember(assembly, output)
+        self._time, self._torque = observation.time, output.command.torque
+        return output
+
+    def assemble(
+        self, observation: Observation, state: ArmState | None = None, disturbance: Array | None = None
+    ) -> Assembly:
+        """Return the program of a period, the first half of `step`; arguments and errors are those of `step`."""
+        return self._assemble(observation, self._checked(observation, state), disturbance)
+
+    def _assemble(self, observation: Observation, state: ArmState, disturbance: Array | None) -> Assembly:
+        state = self._complete(observation, state)
+        n = self.arm.nv
+        objectives = self._tasks.rows(state)
+        H, f, factor = np.zeros((n, n)), np.zeros(n), np.empty((n, n))
+        for objective in objectives:
+            add_normal_equations(objective.A, objective.b, H, f)
+        friction, optimum = None, np.full(n, np.nan)
+        if cholesky(H, factor):
+            optimum = -f
+            solve_factored(factor, optimum)
+            if self.friction is not None:
+                # These velocities minimise the cost with velocities in place of accelerations, without the limits.
+                velocity = self._tasks.velocity(objectives, self.friction.error_rate)
+                solve_factored(factor, velocity)
+                friction = self.friction.torque(velocity)
+        bias, state = state.h, self._with_feed_forward(state, friction, disturbance)
+        rows = self._limits.rows(state)
+        program = QuadraticProgram(H, f, rows.G, rows.lower, rows.upper)
+        return Assembly(observation.time, state, bias, program, rows, friction, optimum)
+
+    def solve(self, assembly: Assembly) -> ControllerOutput:
+        """Return the torques of an assembled program, the second half of `step`."""
+        if self._has_friction and assembly.limits.nearest() > -FRICTION_RESERVE:
+            return self._solve_near_limits(assembly)
+        return self._solve_program(assembly)
+
+    def build_qp(self, observation: Observation) -> qpsolvers.Problem:
+        """Return the quadratic program of a period, to look at or to give to a solver; nothing is remembered.
+
+        Near a limit, an arm with friction solves the program again with bounds that allow for friction; this is the
+        first one.
+        """
+        return as_problem(self.assemble(observation).program)
+
+    def multipliers(self, observation: Observation) -> dict[str, float]:
+        """Return the force with which each active limit holds the solution back, by its name; nothing is remembered.
+
+        Rows of the same name count together.
+
+        With the multipliers y, `H a + f = Gᵀ y` at the solution: positive at lower bounds, negative at upper ones. The
+        library computes them from the checked answer, whatever the solver.
+
+        Raises:
+            SolverError: The program has no solution.
+        """
+        # This loads scipy, which takes 0.2 s.
+        from ..qp.multipliers import multipliers
+
+        assembly = self.assemble(observation)
+        rows = assembly.limits
+        solution = solve(assembly.program, self.solver, rows.soft)
+        values = multipliers(assembly.program, solution)
+        lower, upper = np.flatnonzero(values > 0.0), np.flatnonzero(values < 0.0)
+        found: dict[str, float] = {}
+        for name, force in zip(rows.names(lower, upper), (*values[lower], *values[upper]), strict=True):
+            found[name] = found.get(name, 0.0) + float(force)
+        return found
+
+    def _remember(self, assembly: Assembly, output: ControllerOutput) -> None:
+        """Remember more of a period than its time and torque."""
+
+    def _checked(self, observation: Observation, state: ArmState | None) -> ArmState:
+        """Return the state at an observation."""
+        check_observation(observation)
+        # A state of another model, such as that of the arm without its payload, would give wrong torques.
+        if state is None or getattr(state, "arm", None) is not self.arm:
+            state = self.arm.update(observation.q, observation.v)
+        return state
+
+    def _complete(self, observation: Observation, state: ArmState) -> ArmState:
+        """Return the state with the torque of the last period and the measured wrench."""
+        return state._replace(torque=self._torque, wrench=observation.wrench)
+
+    def _with_feed_forward(self, state: ArmState, friction: Array | None, disturbance: Array | None) -> ArmState:
+        h, added = state.h, self._tasks.torque(state)
+        if friction is not None:
+            h = h + friction
+        if added is not None:
+            h = h + added
+        if disturbance is not None:
+            if np.shape(disturbance) != state.q.shape or not np.isfinite(disturbance).all():
+                raise ConfigurationError(f"the disturbance must be {self.arm.nv} finite numbers; it is {disturbance}")
+            h = h - disturbance
+        return state if h is state.h else state._replace(h=h)
+
+    def _solve_near_limits(self, assembly: Assembly) -> ControllerOutput:
         """Solve for bounds on the accelerations that follow after friction has acted.
 
         The difference between friction and its feed-forward moves the joints in addition to the program's
         accelerations. Next to a limit, friction that changes its sign with the motion would move a light joint beyond.
         Friction acts against the present motion, or against the motion that a first solution predicts. The bounds of
-        the second solution hold for both, because the motion may differ from the prediction.
+        the second solution hold for both, because the motion may differ from the prediction. Bounds on the torque stay.
         """
-        arm = self.arm
-        lower, upper = self._acceleration_bounds
-        wanted_lower, wanted_upper = lower.copy(), upper.copy()
-        v = state.v
-        least, most = np.full(len(v), np.inf), np.full(len(v), -np.inf)
-        for _ in range(2):
-            rest = -coulomb_torque(v, arm.friction_coulomb, EXPECTED_FRICTION_SCALE) - arm.friction_viscous * state.v
-            if compensated is not None:
-                rest += compensated
-            drift = LLT(state.M).solve(rest)
-            np.minimum(least, drift, out=least)
-            np.maximum(most, drift, out=most)
-            np.subtract(wanted_lower, least, out=lower)
-            np.subtract(wanted_upper, most, out=upper)
-            np.maximum(upper, lower, out=upper)
-            output = self._solve(state, offset)
-            v = state.v + self._period * (output.acceleration + drift)
+        arm, state, rows = self.arm, assembly.state, assembly.limits
+        wanted = rows.lower.copy(), rows.upper.copy()
+        changes, drift = np.empty((2, len(rows.lower))), np.empty(arm.nv)
+        changes[0], changes[1] = np.inf, -np.inf
+        friction = arm.friction_coulomb, arm.friction_viscous, EXPECTED_FRICTION_SCALE
+        forward = np.zeros(arm.nv) if assembly.friction is None else assembly.friction
+        moving = state.v
+        for last in (False, True):
+            allow_for_friction(
+                *(state.M, state.v, moving, *friction, forward, rows.G, rows.layout.fixed, *wanted),
+                *(changes, drift, rows.lower, rows.upper),
+            )
+            output = self._solve_program(assembly, named=last)
+            if not last:
+                moving = state.v + (output.acceleration + drift) / self.rate
         return output
 
-    def _solve(self, state: ArmState, offset: Array) -> ControllerOutput:
-        limit = self._torque_limit
-        if limit is not None:
-            limit.write(*self._torque_bounds, offset)
+    def _solve_program(self, assembly: Assembly, named: bool = True) -> ControllerOutput:
+        """Return the torques of a program; without `named`, the accelerations alone count."""
+        state, program, rows = assembly.state, assembly.program, assembly.limits
         start = perf_counter()
-        try:
-            solution = solve(self._program, self.solver)
-        except SolverError as error:
-            return self._fallback(state, str(error), perf_counter() - start)
+        # The optimum without limits is the answer if it keeps them, for any exact solver.
+        x, margin = assembly.optimum, -1.0
+        if isinstance(self.solver, DaqpSolver):
+            margin = smallest_margin(x, program.G, program.lower, program.upper)
+        solution: Solution | None = None
+        if not margin > ACTIVE:
+            try:
+                solution = solve(program, self.solver, rows.soft)
+            except SolverError as error:
+                return fall_back(state._replace(h=assembly.bias), self._cut, error, perf_counter() - start)
+            x, margin = solution.x, solution.margin
         elapsed = perf_counter() - start
-        torque = state.M.dot(solution.x)
-        torque += offset
-        if solution.margin > ACTIVE:
-            return ControllerOutput(Command(torque), solution.x, (), elapsed)
-        if limit is not None:
-            # This cuts only round-off: the rows are hard, and the solver's answer was checked against them.
-            torque = limit.cut(torque)
-        return ControllerOutput(Command(torque), solution.x, self._active(solution), elapsed)
+        torque = np.empty(self.arm.nv)
+        if not named:
+            return ControllerOutput(Command(torque), x, (), elapsed)
+        joint_torque(x, state.M, state.h, torque)
+        if solution is None or margin > ACTIVE:
+            return ControllerOutput(Command(torque), x, (), elapsed)
+        # Rows may share a name, as those of the guard balls of a capsule do.
+        active = ([row for row, left in enumerate(slack) if left < ACTIVE] for slack in solution.slack.tolist())
+        names = tuple(dict.fromkeys(rows.names(*active)))
+        # This cuts only round-off: the rows are hard, and the solver's answer was checked against them.
+        return ControllerOutput(Command(self._cut(torque, state)), x, names, elapsed)
 
-    def _active(self, solution: Solution) -> tuple[str, ...]:
-        n = self.arm.nv
-        names = []
-        for side, slack in zip(("lower", "upper"), solution.slack, strict=True):
-            for index in np.flatnonzero(slack < ACTIVE).tolist():
-                if index < n:
-                    names.append(self._bounds.name(self._blocks, index, side))
-                elif self._torque_limit is not None:
-                    names.append(f"{self._torque_limit.row_names[index - n]} {side}")
-        return tuple(names)
-
-    def _fallback(self, state: ArmState, reason: str, elapsed: float) -> ControllerOutput:
-        limit = self._fallback_limit
-        h: Array = np.nan_to_num(state.h)
-        wanted: Array = np.nan_to_num(h - _FALLBACK_DAMPING * state.M.diagonal() * state.v)
-        torque = limit.cut(wanted)
-        rows = wanted if limit.matrix is None else limit.matrix.dot(wanted)
-        names = [
-            f"{limit.row_names[row]} {'upper' if rows[row] > 0.0 else 'lower'}"
-            for row in np.flatnonzero(np.abs(rows) >= limit.limit).tolist()
-        ]
-        acceleration = LLT(state.M).solve(torque - h)
-        reason = f"{reason}; gravity compensation with damping instead"
-        return ControllerOutput(Command(torque), acceleration, tuple(names), elapsed, reason)
+    def _cut(self, torque: Array, state: ArmState) -> Array:
+        for limit in self.limits:
+            cut = getattr(limit, "cut", None)
+            torque = torque if cut is None else cut(torque, state)
+        return torque

@@ -9,10 +9,14 @@ import numpy as np
 
 from ..arm.model import ArmModel
 from ..exceptions import ConfigurationError
+from ..kernels.algebra import invert
 from ..tasks.gains import Impedance
-from ..tasks.impedance_task import ImpedanceTask
+from ..tasks.impedance_law import ImpedanceLaw
+from ..tasks.mobility import mobility_of
+from ..tasks.sampled_motion import spectral_radius
+from ..tasks.tool_axes import turn_frame
 from ..types import Array
-from .tool_axes import turn_state
+from ..vectors import inner, rotated
 
 _RANGE = 1e6
 """Largest stiffness factor that is searched, and the inverse of the smallest; chosen."""
@@ -31,34 +35,10 @@ def tool_mobility(arm: ArmModel, impedance: Impedance, q: Array) -> Array:
         q: (nv,) Posture [rad].
     """
     state = arm.update(q, np.zeros(arm.nv))
+    J = state.J
     if impedance.frame == "tool":
-        state = turn_state(state.rotation, state)
-    mobility: Array = state.J @ np.linalg.solve(state.M, state.J.T)
-    return mobility
-
-
-def spectral_radius(mobility: Array, stiffness: Array, damping: Array, rate: float) -> float:
-    """Return the factor by which the slowest-decaying motion of sampled springs and dampers changes in a period h.
-
-    The tool accelerates with `-L (K e + D e')` of the period's start for the whole period:
-
-        [e ]⁺   [1 - ½ h² L K    h - ½ h² L D] [e ]
-        [e']  = [   - h L K        1 - h L D ] [e'],      L the mobility.
-
-    Above 1 the loop diverges. If all damping comes from a ratio zeta, the modes of (Lambda, K) stay apart. The
-    criterion of Jury then gives `omega h < min(1 / zeta, 4 zeta)` for each natural frequency omega. Critically damped
-    springs need more control periods a second than their fastest mode has radians.
-
-    Args:
-        mobility: (6, 6) Inverse of the inertia that the tool shows [1/kg, 1/(kg m), 1/(kg m²)].
-        stiffness: (6, 6) Stiffness [N/m, N·m/rad].
-        damping: (6, 6) Damping [N·s/m, N·m·s/rad].
-        rate: Control rate [Hz].
-    """
-    h, one = 1.0 / rate, np.eye(6)
-    spring, damper = mobility @ stiffness, mobility @ damping
-    step = np.block([[one - 0.5 * h * h * spring, h * (one - 0.5 * h * damper)], [-h * spring, one - h * damper]])
-    return float(np.abs(np.linalg.eigvals(step)).max())
+        J = turn_frame(state.rotation, state).J
+    return mobility_of(state.M, J)
 
 
 def stiffness_margin(arm: ArmModel, impedance: Impedance, q: Array, rate: float = 500.0) -> float:
@@ -149,7 +129,7 @@ def least_inertia(arm: ArmModel, impedance: Impedance, q: Array, lag: float) -> 
     if impedance.inertia is None:
         raise ConfigurationError("the impedance has no inertia, so there is no least one; give it an inertia")
     apparent = 1.0 / np.diagonal(tool_mobility(arm, impedance, q))
-    damping = np.diagonal(ImpedanceTask(impedance).damping(np.diag(1.0 / impedance.inertia)))
+    damping = np.diagonal(ImpedanceLaw(impedance).damping(np.diag(1.0 / impedance.inertia)))
     return np.maximum(0.0, apparent - lag * damping)
 
 
@@ -167,8 +147,10 @@ def check_force_gain(arm: ArmModel, impedance: Impedance, q: Array, directions: 
         ConfigurationError: The gain is not below `largest_force_gain` along a direction.
     """
     mobility = _shown_mobility(arm, impedance, q)
-    damping, inertia = ImpedanceTask(impedance).damping(mobility)[:3, :3], np.linalg.inv(mobility)[:3, :3]
-    largest = min(largest_force_gain(float(n @ damping @ n), float(n @ inertia @ n), lag) for n in directions)
+    inertia = np.empty((6, 6))
+    invert(mobility, inertia)
+    D, L = ImpedanceLaw(impedance).damping(mobility)[:3, :3], inertia[:3, :3]
+    largest = min(largest_force_gain(inner(n, rotated(D, n)), inner(n, rotated(L, n)), lag) for n in directions)
     if impedance.force_gain >= largest:
         raise ConfigurationError(
             f"force_gain = {impedance.force_gain:g} 1/s is too large: the corrected force would oscillate "
@@ -200,6 +182,6 @@ def _shown_mobility(arm: ArmModel, impedance: Impedance, q: Array) -> Array:
 
 
 def _diverges(mobility: Array, impedance: Impedance, rate: float, share: float) -> bool:
-    task = ImpedanceTask(replace(impedance, stiffness=share * impedance.stiffness))
+    task = ImpedanceLaw(replace(impedance, stiffness=share * impedance.stiffness))
     # An axis without a spring has an eigenvalue of exactly one.
     return spectral_radius(mobility, task.stiffness, task.damping(mobility), rate) > 1.0 + _ROUND_OFF

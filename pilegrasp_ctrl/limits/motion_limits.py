@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from ..arm.fitting import check_arm, check_rate
 from ..arm.model import ArmModel
+from ..arm.state import ArmState
+from ..exceptions import ConfigurationError
+from ..kernels.joint_limits import position_limit, velocity_bounds
 from ..types import Array
-from .acceleration_bounds import AffineBounds
+from .braking import BRAKING_SHARE, WorstCase
+from .braking import braking_acceleration as braking_acceleration
+from .limit import Bounds
+from .torque_limit import TorqueLimit
 
 HORIZON_PERIODS = 2.0
 """Number of control periods that velocity and position limits look ahead; chosen, the fewest without chatter."""
@@ -17,15 +26,22 @@ FRICTION_VELOCITY_MARGIN = 0.07
 POSITION_MARGIN = 0.002
 """Distance kept from a position limit [rad]; chosen; covers the error of a constant acceleration over a period."""
 MIN_STOPPING_TIME = 0.05
-"""Shortest time in which a joint needs to stop from full speed [s]; chosen."""
+"""Time constant of the last part of the way to a position limit [s]; chosen, so that the torques do not chatter."""
+RETREAT = 0.3
+"""Speed at which a joint returns that is found outside its range [rad/s]; chosen."""
 _DEFAULT_SPEED = 2.0
 """Full speed of a joint that has no velocity limit [rad/s]; chosen."""
-_BRAKING_SHARE = 0.5
-"""Share of the torque left by gravity and friction that brakes; the rest is for coupling and load. Chosen."""
-_MIN_BRAKING = 0.1
-"""Least braking acceleration, as a share of full speed per second [1/s]; chosen."""
-_SAMPLES = 64
-"""Number of postures at which the braking acceleration is evaluated; chosen."""
+DEMAND = 4.0
+"""Largest deceleration that a position bound may demand, over the joint's present one; chosen.
+
+On the border of the states from which a joint can brake, a bound demands the present deceleration. Beyond the border,
+as after a push, it may take twice the torque that is left, because the other joints can give way.
+"""
+GENTLE_DEMAND = 1.25
+"""Largest acceleration of a joint's return into its range or speed limit, over `braking_acceleration`; chosen.
+
+A larger demand could exceed the torques, and the bounds of all joints would then be softened.
+"""
 
 
 class VelocityLimit:
@@ -37,18 +53,26 @@ class VelocityLimit:
     of 2 rad/s cover 25 rad/s² at 500 Hz. With joint friction, a joint that changes its direction reverses its friction
     within a period, and this disturbs a light wrist beside it. The margin is then 7 %.
 
+    A joint without a velocity limit is free. A joint that is found above its limit slows down with at most
+    `GENTLE_DEMAND` times its `braking_acceleration`.
+
     Attributes:
         name: Name of the limit in `active_limits`.
+        arm: Arm with the limits.
+        rate: Control rate [Hz].
+        row_names: (nv,) Names in `active_limits`, such as "velocity[0]".
         speed: (nv,) Largest speeds, `margin` below the arm's [rad/s].
         horizon: Time until the end of the horizon [s].
     """
 
     name = "velocity"
+    hard = False
 
     def __init__(
         self,
         arm: ArmModel,
-        rate: float,
+        rate: float = 500.0,
+        *,
         horizon_periods: float = HORIZON_PERIODS,
         margin: float | None = None,
     ) -> None:
@@ -59,51 +83,74 @@ class VelocityLimit:
             rate: Control rate [Hz].
             horizon_periods: Number of control periods that the bound looks ahead.
             margin: Fraction of the speed that is kept in reserve; by default 0.05, or 0.07 for an arm with friction.
+
+        Raises:
+            ConfigurationError: A number is out of range.
         """
-        if margin is None:
-            margin = FRICTION_VELOCITY_MARGIN if arm.friction_coulomb.any() else VELOCITY_MARGIN
-        self.horizon = horizon_periods / rate
-        self.speed = (1.0 - margin) * arm.velocity_limit
+        check_arm(arm, "VelocityLimit")
+        self.arm, self.rate = arm, check_rate(rate)
+        self.horizon = _number("horizon_periods", horizon_periods, np.inf) / self.rate
+        self.speed = _kept_speed(arm, margin)
+        self._worst = WorstCase(arm)
+        self.row_names = tuple(f"{self.name}[{joint}]" for joint in range(arm.nv))
+
+    def numbers(self, arm: ArmModel) -> tuple[Any, ...]:
+        """Return the numbers of `velocity_bounds` for an arm with its payload, for a kernel that calls it."""
+        return self.speed, self._worst.of(arm).braking, self.horizon, GENTLE_DEMAND
 
     def __repr__(self) -> str:
         return f"VelocityLimit(speed={np.round(self.speed, 4).tolist()}, horizon={self.horizon:g})"
 
-    def bounds(self) -> AffineBounds:
-        """Return the bounds as a function of the state."""
-        matrix = np.hstack((np.zeros((len(self.speed),) * 2), -np.eye(len(self.speed)) / self.horizon))
-        return AffineBounds(matrix, -self.speed / self.horizon, matrix, self.speed / self.horizon)
+    def rows(self, state: ArmState) -> Bounds:
+        """Return the bounds on the joint accelerations [rad/s²]."""
+        lower, upper = np.empty(len(self.speed)), np.empty(len(self.speed))
+        least = self._worst.of(state.arm).braking
+        velocity_bounds(state.v, self.speed, least, self.horizon, GENTLE_DEMAND, lower, upper)
+        return Bounds(None, lower, upper, self.row_names)
 
 
 class PositionLimit:
-    """Keeps each joint able to stop before its position limit.
+    """Keeps each joint able to stop before its position limit, and leaves it alone while it can.
 
-    The speed toward a limit at distance d is kept at or below `gain d`, at the end of a horizon T of two control
-    periods. With a constant acceleration over T, `v + T a <= gain (q_max - q - T v - T² a / 2)` gives
+    At distance d from a limit, a joint that decelerates with b can stop from the speed w with `w² = 2 b d`. This is the
+    border of the viable states of Del Prete, "Joint position and velocity bounds in discrete-time acceleration/torque
+    control of robot manipulators", RA-L 3(1), 2018. The bound keeps the speed at the end of a horizon of two control
+    periods within it. On the last part of the way the border is a line, `w = d / stopping_time`, which meets the
+    parabola smoothly, so that the joint approaches its limit exponentially and the torque does not chatter.
 
-        a <= (gain (q_max - q) - (1 + gain T) v) / (T (1 + gain T / 2))
+    The deceleration is that of the present state, `share (spare - friction) / M_ii`. `spare` is the torque that h
+    leaves of the limits, those of shared motors too, in the direction that brakes. The other share is for coupling with
+    other joints. Gravity may hinder more on the way. Its torque G in the worst posture changes by at most G per radian,
+    so the deceleration falls with the slope `share G / M_ii` at most, and never below the least over all postures. b is
+    the mean over the distance.
 
-    and the mirror image below. Along the border of that set the joint brakes with at most `gain v_max`. The gain is
-    therefore the braking acceleration that the torques allow, divided by the largest speed, and at most 1 /
-    `MIN_STOPPING_TIME`. The set stays invariant, and the joint approaches its limit exponentially. A joint that starts
-    beyond its limit returns at the same rate. The set is the linear subset of the viable states of Del Prete, "Joint
-    position and velocity bounds in discrete-time acceleration/torque control of robot manipulators", RA-L 3(1), 2018.
-    The border of those states is a parabola.
+    A joint that is found outside its range returns at the speed `retreat`, or that of `VelocityLimit` if it is lower.
+    It accelerates with at most `GENTLE_DEMAND` times its least deceleration.
 
     Attributes:
         name: Name of the limit in `active_limits`.
-        gain: (nv,) Largest speed over distance [1/s].
+        arm: Arm with the limits.
+        rate: Control rate [Hz].
+        row_names: (nv,) Names in `active_limits`, such as "position[0]".
+        lower: (nv,) Lower position limits with the margin [rad].
+        upper: (nv,) Upper position limits with the margin [rad].
         horizon: Time until the end of the horizon [s].
+        gain: (nv,) Speed over distance from which each joint can stop in any posture [1/s].
     """
 
     name = "position"
+    hard = False
 
     def __init__(
         self,
         arm: ArmModel,
-        rate: float,
+        rate: float = 500.0,
+        *,
         horizon_periods: float = HORIZON_PERIODS,
         margin: float = POSITION_MARGIN,
-        braking: Array | None = None,
+        share: float = BRAKING_SHARE,
+        stopping_time: float = MIN_STOPPING_TIME,
+        retreat: float = RETREAT,
     ) -> None:
         """Set the limit for control at `rate`.
 
@@ -112,53 +159,73 @@ class PositionLimit:
             rate: Control rate [Hz].
             horizon_periods: Number of control periods that the bound looks ahead.
             margin: Distance kept from either limit [rad].
-            braking: (nv,) Deceleration that every joint can hold [rad/s²]; `braking_acceleration(arm)` by default.
+            share: Share of the spare torque that brakes.
+            stopping_time: Time constant of the last part of the way to a limit [s].
+            retreat: Speed at which a joint returns that is found outside its range [rad/s].
+
+        Raises:
+            ConfigurationError: A number is out of range, or gravity takes up the torque limit of a joint in half of its
+                postures or more. In fewer postures, the joint gets a `BrakingWarning`.
         """
-        braking = braking_acceleration(arm) if braking is None else np.asarray(braking, dtype=np.float64)
-        self.gain = np.minimum(braking / _full_speed(arm), 1.0 / MIN_STOPPING_TIME)
-        self.horizon = horizon_periods / rate
-        kept = np.minimum(margin, 0.25 * (arm.q_upper - arm.q_lower))
-        self._lower, self._upper = arm.q_lower + kept, arm.q_upper - kept
+        check_arm(arm, "PositionLimit")
+        self.arm, self.rate = arm, check_rate(rate)
+        self.horizon = _number("horizon_periods", horizon_periods, np.inf) / self.rate
+        self._share = _number("share", share, 1.0)
+        self._last_gain = 1.0 / _number("stopping_time", stopping_time, np.inf)
+        self._retreat = np.minimum(_number("retreat", retreat, np.inf), _kept_speed(arm, None))
+        kept = np.minimum(_number("margin", margin, np.inf, zero=True), 0.25 * (arm.q_upper - arm.q_lower))
+        self.lower, self.upper = arm.q_lower + kept, arm.q_upper - kept
+        self._worst = WorstCase(arm, self._share)
+        self.check(arm)
+        full_speed = np.where(np.isfinite(arm.velocity_limit), arm.velocity_limit, _DEFAULT_SPEED)
+        self.gain = np.minimum(self._worst.braking / full_speed, self._last_gain)
+        self._friction = arm.friction_coulomb
+        self._torque = TorqueLimit(arm)
+        self.row_names = tuple(f"{self.name}[{joint}]" for joint in range(arm.nv))
+
+    def numbers(self, arm: ArmModel) -> tuple[Any, ...]:
+        """Return the numbers of the kernel `position_limit` for an arm with its payload."""
+        worst = self._worst.of(arm)
+        return (
+            *(self.lower, self.upper, self._friction, worst.gravity, self._share, worst.braking, self._retreat),
+            *(self._last_gain, self.horizon, DEMAND, GENTLE_DEMAND),
+        )
+
+    def check(self, arm: ArmModel) -> None:
+        """Name a joint that cannot brake under the arm's payload; see `WorstCase.check`.
+
+        Raises:
+            ConfigurationError: A joint is too weak in half of its postures or more.
+        """
+        self._worst.of(arm).check()
 
     def __repr__(self) -> str:
-        return f"PositionLimit(gain={np.round(self.gain, 4).tolist()}, horizon={self.horizon:g})"
+        return f"PositionLimit(lower={np.round(self.lower, 4).tolist()}, upper={np.round(self.upper, 4).tolist()})"
 
-    def bounds(self) -> AffineBounds:
-        """Return the bounds as a function of the state."""
-        scale = 1.0 / (self.horizon * (1.0 + 0.5 * self.gain * self.horizon))
-        matrix = np.hstack((np.diag(-scale * self.gain), np.diag(-scale * (1.0 + self.gain * self.horizon))))
-        stiffness = scale * self.gain
-        return AffineBounds(matrix, stiffness * self._lower, matrix, stiffness * self._upper)
+    def rows(self, state: ArmState) -> Bounds:
+        """Return the bounds on the joint accelerations [rad/s²]."""
+        lower, upper = np.empty(len(self.lower)), np.empty(len(self.lower))
+        torque = self._torque.S, self._torque.limit
+        position_limit(state.q, state.v, state.M, state.h, *torque, *self.numbers(state.arm), lower, upper)
+        return Bounds(None, lower, upper, self.row_names)
 
 
-def braking_acceleration(arm: ArmModel) -> Array:
-    """Return (nv,) a deceleration that every joint can hold in any posture [rad/s²].
+def _kept_speed(arm: ArmModel, margin: float | None) -> Array:
+    """Return (nv,) the velocity limits less the margin, by default that of an arm with or without friction [rad/s]."""
+    if margin is None:
+        margin = FRICTION_VELOCITY_MARGIN if arm.friction_coulomb.any() else VELOCITY_MARGIN
+    speed: Array = (1.0 - _number("margin", margin, 1.0, zero=True)) * arm.velocity_limit
+    return speed
 
-    It is the smallest of `share (torque limit - |gravity| - friction) / M_ii` over postures spread evenly between the
-    position limits. The postures are a Kronecker sequence on the generalised golden ratio, so the answer never varies.
-    The share is one half: the rest is for coupling with other joints and for the load of the hand. The result is at
-    least a tenth of full speed per second. For a light wrist it is far more than needed.
+
+def _number(name: str, value: Any, upper: float, zero: bool = False) -> float:
+    """Return a positive number below `upper`; with `zero`, zero too.
+
+    Raises:
+        ConfigurationError: The value is none.
     """
-    lower = np.where(np.isfinite(arm.q_lower), arm.q_lower, -np.pi)
-    upper = np.where(np.isfinite(arm.q_upper), arm.q_upper, np.pi)
-    ratio = _golden_ratio(arm.nv)
-    steps = ratio ** -np.arange(1.0, arm.nv + 1.0)
-    least = np.full(arm.nv, np.inf)
-    for sample in range(_SAMPLES):
-        q = lower + (upper - lower) * ((0.5 + sample * steps) % 1.0)
-        state = arm.update(q, np.zeros(arm.nv))
-        spare = arm.torque_limit - np.abs(state.h) - arm.friction_coulomb
-        np.minimum(least, _BRAKING_SHARE * spare / state.M.diagonal(), out=least)
-    return np.maximum(least, _MIN_BRAKING * _full_speed(arm))
-
-
-def _full_speed(arm: ArmModel) -> Array:
-    return np.where(np.isfinite(arm.velocity_limit), arm.velocity_limit, _DEFAULT_SPEED)
-
-
-def _golden_ratio(dimension: int) -> float:
-    """Return the root above 1 of x^(d+1) = x + 1."""
-    x = 2.0
-    for _ in range(50):
-        x = (1.0 + x) ** (1.0 / (dimension + 1.0))
-    return x
+    good = isinstance(value, int | float | np.number) and (0.0 < value < upper or (zero and value == 0.0))
+    if not good:
+        below = "" if upper == np.inf else f" below {upper:g}"
+        raise ConfigurationError(f"{name} = {value!r:.80} must be a {'' if zero else 'positive '}number{below}")
+    return float(value)

@@ -21,6 +21,9 @@ class HandUse:
         scoop_angle: Angle by which the hand tilts back to grasp [rad]; zero for a hand that closes.
         heel: Distance from the leading edge to the heel [m].
         outline: (n, 4) balls that span sensor and hand at rest: centre in the tool frame, and radius [m].
+        half_width: Half the width in which the hand meets objects [m].
+        aim_half_width: Half the width in which objects count when push lines in a bin are compared [m].
+        closes: Whether the hand closes on objects at the end of the push.
     """
 
     theta: float
@@ -32,3 +35,6 @@ class HandUse:
     scoop_angle: float
     heel: float
     outline: Array
+    half_width: float
+    aim_half_width: float
+    closes: bool

@@ -3,42 +3,23 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from ..exceptions import PileError
-from ..sections import PileConfig, SupportConfig
+from ..sections import KnownConfig, OrderConfig, PileConfig, SupportConfig
 from ..types import STANDARD_GRAVITY, Array, Pose
+from ..vectors import product, rotated
+from .arm_room import ArmRoom, default_room
+from .bin_layout import frame_in_bin, place_bin, place_frame, place_order_crate
+from .crate import Crate
 from .push_goal import PushGoal
-from .walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, Wall, make_crate_walls
+from .walls import Wall
 
 Support = Literal["none", "wall", "corner"]
-
-BASE_BELOW_TABLE = 0.25
-"""Height of the table top above the arm's base [m]. Here the wrist has room and the joints have margin."""
-
-WALL_DISTANCE = 1.0
-"""Distance from the arm's axis to the wall, along the push of alpha = 0 [m]."""
-
-CORNER_DISTANCE = 1.10
-"""Distance from the arm's axis to the corner's apex [m]. The push of alpha = 0 runs along the bisector of the walls."""
-
-REACH = (1.04, 1.02, 1.0, 0.98, 0.96, 0.92)
-"""Candidates for the farthest fingertip distance from the arm's axis in a push [m]. The first one in reach is used."""
-
-MIN_TOUCH_DISTANCE = 0.60
-"""Least distance from the arm's axis to the touch-down [m]. Nearer, the wrist runs into its limit."""
-
-MAX_TOUCH_DISTANCE = 0.66
-"""Greatest distance from the arm's axis to the touch-down [m]. Farther, the end of the push is hardly in reach."""
-
-PUSH_END = 0.94
-"""Distance from the arm's axis to the point that the push aims at, if the touch-down distances allow it [m]."""
-
-BASE_RADIUS = 0.2
-"""Radius of the area that the arm's base takes on the table [m]; chosen."""
 
 WALL_HALF_THICKNESS = 0.02
 """Half the thickness of a wall on the table [m]; chosen."""
@@ -49,25 +30,16 @@ WALL_HALF_HEIGHT = 0.08
 WALL_HALF_LENGTH = {"wall": 0.50, "corner": 0.30}
 """Half the length of a wall by support [m]; chosen."""
 
-BIN_GOALS = {
-    "wall": (0.0, 0.0, (-0.03, 0.12), 0.70),
-    "corner_left": (0.5 * BIN_INNER[1], 30.0, (0.0, 0.0), 0.66),
-    "corner_right": (-0.5 * BIN_INNER[1], -20.0, (0.09, 0.12), 0.66),
-}
-"""Push goals in the bin: y of the wall's middle or of the corner [m], direction [deg], lateral range [m], and least x
-of the fingertips at touch-down [m].
-
-On a push to the wall that came down at 0.69 m, the wrist hit the rim of the near wall. The thumb reaches 0.145 m to the
-right of the hand, the little finger 0.05 m to the left. The push into the left corner runs 30° off the bin's length; at
-45°, along the bisector, the wrist would come down on the right wall. The right corner has no room for the thumb.
-Therefore the push passes beside it, turned as far as the fingers still reach it: at 30° the thumb keeps them away, at
-45° the forearm comes down on the left wall."""
-
-BIN_CENTER = np.array([WALL_DISTANCE - 0.5 * BIN_INNER[0], 0.0])
-"""(2,) middle of the bin's floor [m]."""
-
 TABLE_HALF_SIZE = (0.65, 0.70)
 """Half size of the drawn table [m]; chosen. The contact plane is unbounded."""
+
+START_HEIGHT = 0.22
+"""Height of the fingertips over the surface at the start of an attempt, and between bin and crate [m]; chosen.
+
+It is higher over higher walls, see `OVER_RIM`."""
+
+OVER_RIM = 0.06
+"""Least height of the fingertips over the rims of crates at the start of an attempt [m]; chosen."""
 
 FRAME_GAP = 0.05
 """Least gap between the arm's base and the frame [m]. Therefore a support behind a wide frame is farther away."""
@@ -92,9 +64,15 @@ class Layout:
         walls: Walls of the support.
         support_distance: Distance from the origin to the line about which a tilt turns the floor [m].
         tilt: Slope of the floor, down toward the support [rad]; negative if the floor rises.
-        goals: Push goals in a bin, the one of `support` first; empty outside a bin.
+        bin: Bin; None without one. Its length runs along x, also if the bin is turned: then the arm's base is turned.
+        order_crate: Crate that collects an order; None without one.
+        goals: Push goals in a bin, the one of `support` first; empty outside a bin, and until they are found.
         base_position: (2,) position of the arm's base [m].
         base_yaw: Rotation of the arm's base about z [rad].
+        base_rise: Height of the arm's base over its usual one above the floor [m].
+        support_error: Displacement along x and y [m] and turn [rad] of the support from where it is, in a layout as the
+            arm believes it.
+        room: Room of the arm.
     """
 
     support: Support
@@ -104,9 +82,14 @@ class Layout:
     walls: tuple[Wall, ...]
     support_distance: float
     tilt: float
-    goals: tuple[PushGoal, ...] = ()
+    bin: Crate | None = None
+    order_crate: Crate | None = None
+    goals: tuple[PushGoal, ...] = field(default=(), repr=False)
     base_position: tuple[float, float] = (0.0, 0.0)
     base_yaw: float = 0.0
+    base_rise: float = 0.0
+    support_error: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    room: ArmRoom = field(default_factory=default_room)
 
     @property
     def transform_base_to_world(self) -> Pose:
@@ -116,26 +99,63 @@ class Layout:
         pivot = np.array([self.support_distance, 0.0, 0.0])
         turned, side = math.cos(self.base_yaw), math.sin(self.base_yaw)
         yaw = np.array([[turned, -side, 0.0], [side, turned, 0.0], [0.0, 0.0, 1.0]])
-        return Pose(pivot + upright @ (np.array([*self.base_position, -BASE_BELOW_TABLE]) - pivot), upright @ yaw)
+        base = np.array([*self.base_position, self.base_rise - self.room.base_below_table])
+        return Pose(pivot + rotated(upright, base - pivot), product(upright, yaw))
+
+    @property
+    def start_height(self) -> float:
+        """Height of the fingertips over the floor at the start of an attempt, and between two crates [m]."""
+        crates = [crate.top for crate in (self.bin, self.order_crate) if crate]
+        return max([START_HEIGHT, *(top + OVER_RIM for top in crates)])
 
     @property
     def gravity(self) -> Array:
         """Acceleration of gravity (3,) in the scene [m/s²]."""
-        return self.transform_base_to_world.rotation @ STANDARD_GRAVITY
+        return rotated(self.transform_base_to_world.rotation, STANDARD_GRAVITY)
 
     def with_rising_floor(self, angle: float) -> Layout:
         """Return the layout with a floor that rises by `angle` [rad] more toward the support; the arm stays."""
         return replace(self, tilt=self.tilt - angle)
+
+    def with_goals(self, goals: Sequence[PushGoal]) -> Layout:
+        """Return the layout with push goals, those of its support first."""
+        return replace(self, goals=tuple(sorted(goals, key=lambda goal: not goal.name.startswith(self.support))))
 
     def transform_from(self, known: Layout) -> Pose:
         """Return the transform from the scene frame of `known` to the scene frame of this layout.
 
         Both frames are fixed to the arm's base. An arm that believes `known` plans in its scene frame.
         """
-        if self.tilt == known.tilt:
+        if self.tilt == known.tilt and self.base_rise == known.base_rise:
             # The product would leave rounding errors.
             return Pose(np.zeros(3))
         return self.transform_base_to_world @ known.transform_base_to_world.inverse()
+
+    def as_believed(self, known: KnownConfig) -> Layout:
+        """Return the layout with the support where the arm believes it; the line about which a tilt turns stays."""
+        x, y, turn = known.support_x, known.support_y, math.radians(known.support_yaw_deg)
+        if (x, y, turn) == (0.0, 0.0, 0.0):
+            return self
+        cosine, sine = math.cos(turn), math.sin(turn)
+        pivot = np.array([self.support_distance, 0.0])
+
+        def moved(point: Array) -> Array:
+            return pivot + np.array([x, y]) + rotated([[cosine, -sine], [sine, cosine]], point - pivot)
+
+        walls = tuple(
+            replace(wall, center=np.array([*moved(wall.center[:2]), wall.center[2]]), yaw=wall.yaw + turn)
+            for wall in self.walls
+        )
+        goals = tuple(replace(goal, anchor=moved(goal.anchor), yaw=goal.yaw + turn) for goal in self.goals)
+        return replace(self, walls=walls, goals=goals, support_error=(x, y, turn))
+
+    def with_base_of(self, other: Layout) -> Layout:
+        """Return the layout with the arm's base where it stands in `other`."""
+        return replace(self, base_position=other.base_position, base_yaw=other.base_yaw)
+
+    def with_lower_floor(self, depth: float) -> Layout:
+        """Return the layout with a floor that is `depth` [m] lower; the arm stays."""
+        return replace(self, base_rise=self.base_rise + depth)
 
     def with_base_behind_push(self, touch: Array, point: Array, objects: Array) -> Layout:
         """Return the layout with the arm's base behind the push line.
@@ -148,17 +168,17 @@ class Layout:
             point: (2,) point that the push aims at [m].
             objects: (n, 2) object centres [m]. The base keeps its radius off each of them.
         """
-        length = math.dist(touch, point)
+        length, room = math.dist(touch, point), self.room
         direction = (point - touch) / length
-        distance = min(max(PUSH_END - length, MIN_TOUCH_DISTANCE), MAX_TOUCH_DISTANCE)
-        while _is_occupied(objects, touch - distance * direction):
+        distance = min(max(room.push_end - length, room.min_touch_distance), room.max_touch_distance)
+        while _is_occupied(objects, touch - distance * direction, room.base_radius):
             distance += 0.01
         x, y = touch - distance * direction
         return replace(self, base_position=(float(x), float(y)), base_yaw=math.atan2(direction[1], direction[0]))
 
 
-def _is_occupied(objects: Array, base: Array) -> bool:
-    return bool((np.linalg.norm(objects - base, axis=1) < BASE_RADIUS).any())
+def _is_occupied(objects: Array, base: Array, radius: float) -> bool:
+    return bool((np.linalg.norm(objects - base, axis=1) < radius).any())
 
 
 def frame_size(pile: PileConfig) -> float:
@@ -176,29 +196,42 @@ def frame_size(pile: PileConfig) -> float:
     return 0.25 * math.sqrt(max(pile.count, 1) / 18.0)
 
 
-def make_layout(support: SupportConfig, pile: PileConfig, object_diameter: float, order_crate: bool = False) -> Layout:
+def make_layout(
+    support: SupportConfig,
+    pile: PileConfig,
+    object_diameter: float,
+    order: OrderConfig | None = None,
+    room: ArmRoom | None = None,
+    frame: float | None = None,
+) -> Layout:
     """Return the layout. The frame touches the wall, or both walls of the corner, and lies on the line alpha = 0.
 
     Args:
         support: Support, tilt and bin.
         pile: Number of objects and frame size.
         object_diameter: Largest diameter of an object [m].
-        order_crate: Whether the crate that collects an order is beside the bin.
+        order: Order, whose crate is beside the bin; None without a crate.
+        room: Room of the arm; that of the WAM if absent.
+        frame: Side of the frame of a user's objects [m]; that of the paper's objects if absent.
 
     Raises:
         PileError: An object does not fit into the frame, or the frame does not fit into the bin.
+        ConfigurationError: The bin or the crate cannot stand there.
     """
-    size, tilt = frame_size(pile), math.radians(support.tilt_deg)
+    size, tilt = frame_size(pile) if frame is None else frame, math.radians(support.tilt_deg)
+    room = default_room() if room is None else room
+    if support.bin:
+        size = frame_in_bin(size, pile, support.bin_size)
     if pile.count > 0 and object_diameter > size:
         raise PileError(
             f"an object of {1000 * object_diameter:.0f} mm does not fit into the frame of {1000 * size:.0f} mm; "
             "raise pile.frame_size or lower pile.scale"
         )
     if support.bin:
-        return _bin_layout(support.kind, size, tilt, order_crate)
+        return _bin_layout(support, pile, size, tilt, order, room)
     if support.kind == "corner":
         half_diagonal = size / math.sqrt(2.0)
-        apex = max(CORNER_DISTANCE, BASE_RADIUS + FRAME_GAP + 2.0 * half_diagonal)
+        apex = max(room.corner_distance, room.base_radius + FRAME_GAP + 2.0 * half_diagonal)
         walls = tuple(
             _wall(name, np.array([apex, 0.0]), yaw, along=along)
             for name, yaw, along in (
@@ -207,30 +240,34 @@ def make_layout(support: SupportConfig, pile: PileConfig, object_diameter: float
             )
         )
         center = np.array([apex - half_diagonal, 0.0])
-        return Layout("corner", size, center, math.radians(45.0), walls, apex, tilt)
-    distance = max(WALL_DISTANCE, BASE_RADIUS + FRAME_GAP + size)
+        return Layout("corner", size, center, math.radians(45.0), walls, apex, tilt, room=room)
+    distance = max(room.wall_distance, room.base_radius + FRAME_GAP + size)
     center = np.array([distance - 0.5 * size, 0.0])
     walls = (_wall("wall", np.array([distance, 0.0]), math.pi, along=None),) if support.kind == "wall" else ()
-    return Layout(support.kind, size, center, 0.0, walls, distance, tilt)
+    return Layout(support.kind, size, center, 0.0, walls, distance, tilt, room=room)
 
 
-def _bin_layout(support: Support, size: float, tilt: float, order_crate: bool) -> Layout:
-    """Return a bin whose short, low wall is the support. The frame touches its middle, or lies in the left corner."""
-    _, width, _ = BIN_INNER
-    if size > width:
-        raise PileError(
-            f"the frame of {1000 * size:.0f} mm does not fit into the bin's width of {1000 * width:.0f} mm; "
-            "lower pile.frame_size or pile.count"
-        )
-    goals = [
-        PushGoal(name, np.array([WALL_DISTANCE, y]), math.radians(yaw), lateral_range, min_touch_x)
-        for name, (y, yaw, lateral_range, min_touch_x) in BIN_GOALS.items()
-    ]
-    goals.sort(key=lambda goal: not goal.name.startswith(support))
-    center = np.array([WALL_DISTANCE - 0.5 * size, 0.5 * (width - size) if support == "corner" else 0.0])
-    walls = make_crate_walls("bin", BIN_CENTER, BIN_INNER)
-    walls += make_crate_walls("order", ORDER_CENTER, ORDER_INNER) if order_crate else ()
-    return Layout(support, size, center, 0.0, walls, WALL_DISTANCE, tilt, tuple(goals))
+def _bin_layout(
+    support: SupportConfig, pile: PileConfig, size: float, tilt: float, order: OrderConfig | None, room: ArmRoom
+) -> Layout:
+    """Return a bin whose far, low wall is the support. The frame touches its middle, or lies in the left corner."""
+    crate, base_yaw = place_bin(support, room.wall_distance, room.base_radius)
+    order_crate = place_order_crate(order, crate) if order else None
+    center = place_frame(pile, size, crate, support.kind == "corner")
+    walls = crate.walls() + (order_crate.walls() if order_crate else ())
+    return Layout(
+        support.kind,
+        size,
+        center,
+        0.0,
+        walls,
+        crate.far,
+        tilt,
+        bin=crate,
+        order_crate=order_crate,
+        base_yaw=base_yaw,
+        room=room,
+    )
 
 
 def _wall(name: str, point: Array, yaw: float, along: float | None) -> Wall:

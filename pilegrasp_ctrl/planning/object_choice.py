@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..types import Array
+from ..vectors import components, inner, norm
 
 TOUCHING_DISTANCE = 1.15
 """Distance of two centres up to which objects count as touching, in diameters [-]; chosen."""
@@ -52,7 +53,7 @@ def _front_objects(positions: Array, direction: Array, radius: float) -> NDArray
     low = np.flatnonzero(positions[:, 2] < positions[:, 2].min() + LAYER_HEIGHT * radius)
     plane = positions[low, :2]
     left = np.array([-direction[1], direction[0]])
-    along, aside = plane @ direction, plane @ left
+    along, aside = components(plane, direction), components(plane, left)
     nearer = along[None, :] < along[:, None] - 1e-9
     overlapping = np.abs(aside[None, :] - aside[:, None]) < radius
     return low[~(nearer & overlapping).any(axis=1)]
@@ -61,7 +62,7 @@ def _front_objects(positions: Array, direction: Array, radius: float) -> NDArray
 def _is_upright_or_broadside(axes: Array, direction: Array) -> NDArray[np.bool]:
     """Return which cylinders with axes (n, 3) are upright, or turn their curved surface to the hand."""
     upright = np.abs(axes[:, 2]) > UPRIGHT
-    broadside = (np.abs(axes[:, :2] @ direction) < BROADSIDE) & (np.abs(axes[:, 2]) < BROADSIDE)
+    broadside = (np.abs(components(axes[:, :2], direction)) < BROADSIDE) & (np.abs(axes[:, 2]) < BROADSIDE)
     either: NDArray[np.bool] = upright | broadside
     return either
 
@@ -70,19 +71,19 @@ def _alignment(plane: Array, index: int, direction: Array, radius: float, center
     """Return the cosine between an object's motion and the direction from it to the pile's centre; -1 at the centre."""
     motion = _motion_direction(plane, index, direction, radius)
     to_center = center - plane[index]
-    distance = float(np.linalg.norm(to_center))
-    return float(motion @ to_center) / distance if distance > 1e-9 else -1.0
+    distance = norm(to_center)
+    return inner(motion, to_center) / distance if distance > 1e-9 else -1.0
 
 
 def _motion_direction(plane: Array, index: int, direction: Array, radius: float) -> Array:
     """Return the unit vector (2,) along which an object moves: the push, or along the nearest object that it meets."""
     offset = np.delete(plane, index, axis=0) - plane[index]
     distance = np.linalg.norm(offset, axis=1)
-    met = (distance < 2.0 * TOUCHING_DISTANCE * radius) & (distance > 1e-9) & (offset @ direction > 1e-9)
+    met = (distance < 2.0 * TOUCHING_DISTANCE * radius) & (distance > 1e-9) & (components(offset, direction) > 1e-9)
     if not met.any():
         return direction
     normal = offset[met][np.argmin(distance[met])]
-    normal = normal / np.linalg.norm(normal)
-    slide = direction - (direction @ normal) * normal
-    length = float(np.linalg.norm(slide))
+    normal = normal / norm(normal)
+    slide = direction - inner(direction, normal) * normal
+    length = norm(slide)
     return slide / length if length > 1e-6 else direction

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..types import Array
+from ..vectors import components, inner
 
 FAILED_LINE_DISTANCE = 0.03
 """Distance from a failed push line within which a push meets the same objects again [m]: half an object."""
@@ -27,23 +28,24 @@ class PushGoal:
         yaw: Direction of the push of alpha = 0 about z [rad].
         lateral_range: Least and greatest offset of the push line to the left of `anchor` [m], within which the hand
             has room between the walls. Both are equal if only one line is possible.
-        min_touch_x: Least x of the fingertips at touch-down [m]. Below it, the wrist hits the bin's near
-            wall.
+        longest: Greatest distance from `anchor` back to the touch-down of the fingertips [m]. Farther back, hand or arm
+            hit a wall.
     """
 
     name: str
     anchor: Array
     yaw: float
     lateral_range: tuple[float, float] = (0.0, 0.0)
-    min_touch_x: float = -math.inf
+    longest: float = math.inf
 
-    def reach_deficit(self, touch: Array) -> float:
-        """Return how much farther along the push the hand must touch down so that the wrist clears the bin wall [m].
+    def reach_deficit(self, touch: Array, direction: Array) -> float:
+        """Return how much farther along the push the hand must touch down so that hand and arm clear the walls [m].
 
         Args:
             touch: (2,) planned touch-down point of the fingertips [m].
+            direction: (2,) unit vector of the push.
         """
-        return max(0.0, (self.min_touch_x - float(touch[0])) / math.cos(self.yaw))
+        return max(0.0, inner(self.anchor - touch, direction) - self.longest)
 
     def best_line(
         self, positions: Array, half_width: float, failed_lines: Sequence[PushGoal] = ()
@@ -59,10 +61,11 @@ class PushGoal:
         left = np.array([-math.sin(self.yaw), math.cos(self.yaw)])
         least, greatest = self.lateral_range
         offsets = np.linspace(least, greatest, 1 + round((greatest - least) / LINE_SPACING))
-        beside = (positions - self.anchor) @ left
+        beside = components(positions - self.anchor, left)
         counts = (np.abs(beside[:, None] - offsets) <= half_width).sum(axis=0)
-        failed = np.array([(line.anchor - self.anchor) @ left for line in failed_lines if line.name == self.name])
-        worth = counts * 0.5 ** (np.abs(failed[:, None] - offsets) < FAILED_LINE_DISTANCE).sum(axis=0)
+        failed = np.array([inner(line.anchor - self.anchor, left) for line in failed_lines if line.name == self.name])
+        # Each failure takes one from the exponent of two.
+        worth = np.ldexp(counts, -(np.abs(failed[:, None] - offsets) < FAILED_LINE_DISTANCE).sum(axis=0))
         # Among equal lines, the middle one meets the objects squarely.
         best = np.flatnonzero(worth == worth.max())
         chosen = best[len(best) // 2]

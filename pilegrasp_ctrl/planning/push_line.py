@@ -11,11 +11,12 @@ import numpy as np
 from ..exceptions import UnreachablePoseError
 from ..sections import StrategyConfig
 from ..types import Array, rotation_matrices
+from ..vectors import components, inner, rotated
 from .hand_use import HandUse
 from .layout import Layout
 from .object_choice import choose_object
 from .push_goal import PushGoal
-from .strategy import HAND_HALF_WIDTH, MIN_GAP, pile_extent, tool_rotation, touch_point
+from .strategy import MIN_GAP, pile_extent, tool_rotation, touch_point
 from .walls import Wall
 
 LEAST_CLEARANCE = 0.01
@@ -70,29 +71,32 @@ def plan_push_line(
         goal: Push goal; None outside a bin.
 
     Raises:
-        UnreachablePoseError: The pile in a bin is so near to the arm that the wrist would hit the bin's near wall.
+        UnreachablePoseError: The pile in a bin is so near to the arm that hand or arm would hit a wall.
     """
-    positions, yaw = poses[:, :2], goal.yaw if goal else 0.0
-    alpha = yaw + np.radians(strategy.alpha_deg)
-    direction = np.array([np.cos(alpha), np.sin(alpha)])
+    positions, yaw = poses[:, :2], goal.yaw if goal else layout.support_error[2]
+    alpha = yaw + math.radians(strategy.alpha_deg)
+    direction = np.array([math.cos(alpha), math.sin(alpha)])
     middle = _pile_middle(positions, layout.frame_size) if len(positions) else layout.frame_center
     if goal:
         # The hand has less room in a bin, so the goal fixes the line, and the pile only its start.
-        anchor = goal.best_line(positions, HAND_HALF_WIDTH)[0].anchor
-        point = anchor + min((middle - anchor) @ direction, -radius) * direction
+        goal = goal.best_line(positions, hand.aim_half_width)[0]
+        point = goal.anchor + min(inner(middle - goal.anchor, direction), -radius) * direction
     elif strategy.kind == "object":
-        # A contiguous copy, because sums over strided and over contiguous arrays can differ in the last bit.
-        axes = rotation_matrices(poses[:, 3:])[..., 2].copy() if cylinders else None
+        axes = rotation_matrices(poses[:, 3:])[..., 2] if cylinders else None
         point = positions[choose_object(poses[:, :3], direction, radius, middle, axes)]
     elif layout.support == "wall":
-        point = np.array([layout.support_distance - radius, middle[1]])
+        point = _point_at_wall(layout, middle, radius)
     else:
-        point = center_between_walls(layout.walls, _turned_outline(hand, strategy), direction, middle)
+        point = center_between_walls(layout.walls, _turned_outline(hand, strategy, yaw), direction, middle)
     # In a bin the push cannot begin far behind the pile, so a narrower gap ends the pile there.
     gap = radius if goal else MIN_GAP
-    extent = pile_extent(positions, radius, point, direction, gap) if len(positions) else 0.5 * layout.frame_size
+    extent = (
+        pile_extent(positions, radius, point, direction, hand.half_width, gap)
+        if len(positions)
+        else 0.5 * layout.frame_size
+    )
     if goal:
-        extent -= _reach_correction(goal, touch_point(strategy, point, extent, yaw), strategy.clearance)
+        extent -= _reach_correction(goal, touch_point(strategy, point, extent, yaw), direction, strategy.clearance)
     return PushLine(point, extent, yaw)
 
 
@@ -113,17 +117,29 @@ def center_between_walls(walls: Sequence[Wall], outline: Array, direction: Array
     normals, distances = [], []
     for wall in walls:
         normal = np.array([math.cos(wall.yaw), math.sin(wall.yaw)])
-        if normal @ direction > PARALLEL:
+        if inner(normal, direction) > PARALLEL:
             continue
         face = wall.center[:2] + wall.half_size[0] * normal
         low = outline[outline[:, 2] - outline[:, 3] < wall.center[2] + wall.half_size[2]]
-        beyond = float((low[:, :2] @ normal - low[:, 3]).min())
-        normals.append([left @ normal, direction @ normal])
-        distances.append((point - face) @ normal + beyond - WALL_CLEARANCE)
+        beyond = float((components(low[:, :2], normal) - low[:, 3]).min())
+        normals.append((inner(left, normal), inner(direction, normal)))
+        distances.append(inner(point - face, normal) + beyond - WALL_CLEARANCE)
     if len(normals) != 2:
         return point
-    aside, _ = np.linalg.solve(normals, -np.array(distances))
+    # Both distances are zero after a motion `aside` to the left and another one along the push; Cramer's rule.
+    (a, b), (c, d) = normals
+    aside = (b * distances[1] - d * distances[0]) / (a * d - b * c)
     return point + aside * left
+
+
+def _point_at_wall(layout: Layout, middle: Array, radius: float) -> Array:
+    """Return the centre (2,) of an object at the wall, straight ahead of the pile's middle [m]."""
+    x, y, turn = layout.support_error
+    if turn == 0.0:
+        return np.array([layout.support_distance + x - radius, middle[1]])
+    ahead = np.array([math.cos(turn), math.sin(turn)])
+    face = np.array([layout.support_distance + x, y])
+    return middle + (inner(face - middle, ahead) - radius) * ahead
 
 
 def _pile_middle(positions: Array, size: float) -> Array:
@@ -139,21 +155,27 @@ def _pile_middle(positions: Array, size: float) -> Array:
     return positions[near].mean(axis=0)
 
 
-def _reach_correction(goal: PushGoal, touch: Array, clearance: float) -> float:
+def _reach_correction(goal: PushGoal, touch: Array, direction: Array, clearance: float) -> float:
     """Return how much nearer to the pile than `touch` (2,) the hand must touch down for the wrist to have room [m]."""
-    deficit = goal.reach_deficit(touch)
+    deficit = goal.reach_deficit(touch, direction)
     if deficit > max(0.0, clearance - LEAST_CLEARANCE):
         raise UnreachablePoseError(
             f"the pile in front of {goal.name} is {1000 * deficit:.0f} mm too near to the arm: "
-            "the wrist would hit the bin's near wall; lower pile.count"
+            "hand or arm would hit a wall of the bin; lower pile.count"
         )
     return deficit
 
 
-def _turned_outline(hand: HandUse, strategy: StrategyConfig) -> Array:
-    """Return the hand's outline (n, 4) as it pushes, seen from the fingertips in the axes of the world [m]."""
+def _turned_outline(hand: HandUse, strategy: StrategyConfig, yaw: float) -> Array:
+    """Return the hand's outline (n, 4) as it pushes, seen from the fingertips in the axes of the world [m].
+
+    Args:
+        hand: Hand.
+        strategy: Angles.
+        yaw: Direction of alpha = 0 about z [rad].
+    """
     outline = hand.outline.copy()
-    yaw = np.radians(strategy.alpha_deg + strategy.beta_deg)
-    theta = hand.theta if strategy.theta_deg is None else np.radians(strategy.theta_deg)
-    outline[:, :3] = outline[:, :3] @ tool_rotation(yaw, theta).T
+    yaw += math.radians(strategy.alpha_deg + strategy.beta_deg)
+    theta = hand.theta if strategy.theta_deg is None else math.radians(strategy.theta_deg)
+    outline[:, :3] = rotated(tool_rotation(yaw, theta), outline[:, :3])
     return outline

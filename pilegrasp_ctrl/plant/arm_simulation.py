@@ -12,13 +12,12 @@ from numpy.typing import ArrayLike
 
 from ..arm.model import ArmModel
 from ..arm.state import ArmState
-from ..exceptions import ConfigurationError, SimulationError
+from ..exceptions import ConfigurationError
+from ..kernels.algebra import multiply_transposed
 from ..types import Array, Observation, Pose
+from .arm_backend import ArmBackend
 from .joint_friction import JointFriction
 from .sensor_noise import SensorNoise
-
-MAX_SPEED = 1e4
-"""Length of the joint velocity beyond which the motion has diverged [rad/s]; chosen."""
 
 Environment = Callable[[Pose, Array], ArrayLike]
 """Type of an environment: a function from `transform_tool_to_world` and the tool's twist (6,) to a wrench (6,).
@@ -49,13 +48,17 @@ class ArmSimulation:
     """A plant whose mass, payload, friction, contact and sensor noise may differ from the controller's model.
 
     Torques are held for a control period, which is integrated in `substeps` steps of the midpoint rule. Joint friction
-    is an impulse at the end of each step (`JointFriction`). Joints have no end stops. A run changes nothing in the
-    simulation, so the same run gives the same samples again.
+    is an impulse at the end of each step (`JointFriction`). Joints have no end stops. `run` simulates a controlled arm;
+    `start` returns the arm, to be advanced one control period at a time. Neither changes anything in the simulation, so
+    the same run gives the same samples again.
 
     Attributes:
         arm: Controller's model.
         plant: True arm, with its mass error and payload.
         friction: Friction of the plant's joints.
+        substeps: Integration steps per control period.
+        noise: Noise on the observations; None for none.
+        seed: Seed of the noise.
     """
 
     def __init__(
@@ -105,11 +108,10 @@ class ArmSimulation:
                 f"the noise has another number of joints than {arm.name}; give one value or {arm.nv}"
             )
         self.plant = _with_errors(arm, mass_factor, payload)
-        self._model = self.plant.pinocchio_model
-        self._substeps, self._environment, self._noise, self._seed = substeps, environment, noise, seed
+        self.substeps, self._environment, self.noise, self.seed = substeps, environment, noise, seed
 
     def __repr__(self) -> str:
-        return f"ArmSimulation({self.arm.name!r}, nv={self.arm.nv}, substeps={self._substeps})"
+        return f"ArmSimulation({self.arm.name!r}, nv={self.arm.nv}, substeps={self.substeps})"
 
     def run(
         self,
@@ -134,35 +136,31 @@ class ArmSimulation:
             ConfigurationError: The start does not fit the arm, or the duration holds no whole control period.
             SimulationError: The joint speed exceeds `MAX_SPEED`, so the motion has diverged.
         """
+        arm = self.start(q, v=v, rate=rate)
+        if not (0.0 < duration < inf and round(duration * rate) >= 1):
+            raise ConfigurationError(
+                f"duration = {duration} s and rate = {rate} Hz must be finite and hold at least one period"
+            )
+        return _samples(arm, torque, round(duration * rate))
+
+    def start(self, q: ArrayLike, *, v: ArrayLike | None = None, rate: float = 500.0) -> ArmBackend:
+        """Return the arm at time 0, to be advanced one control period at a time.
+
+        Args:
+            q: (nv,) Joint positions [rad].
+            v: (nv,) Joint velocities [rad/s]; by default zero.
+            rate: Control rate [Hz].
+
+        Raises:
+            ConfigurationError: The start does not fit the arm, or the rate is not positive and finite.
+        """
         nv = self.arm.nv
         q, v = np.array(q, dtype=np.float64), np.zeros(nv) if v is None else np.array(v, dtype=np.float64)
         if q.shape != (nv,) or v.shape != (nv,) or not np.isfinite((q, v)).all():
             raise ConfigurationError(f"{self.arm.name} needs {nv} finite start positions and as many velocities")
-        if not (0.0 < duration < inf and 0.0 < rate < inf and round(duration * rate) >= 1):
-            raise ConfigurationError(
-                f"duration = {duration} s and rate = {rate} Hz must be finite and hold at least one period"
-            )
-        return self._run(torque, q, v, round(duration * rate), rate)
-
-    def _run(
-        self, torque: Callable[[Observation], Array], q: Array, v: Array, ticks: int, rate: float
-    ) -> Iterator[ArmSample]:
-        data = self._model.createData()
-        random = np.random.default_rng(self._seed)
-        step = 1.0 / (rate * self._substeps)
-        friction = np.zeros(len(q))
-        for tick in range(ticks):
-            time = tick / rate
-            wrench = self.wrench(q, v)
-            held = torque(Observation(time, *self._measured(q, v, random), wrench))
-            yield ArmSample(time, q, v, held, wrench)
-            for _ in range(self._substeps):
-                q, v, friction = self._advance(data, q, v, held, friction, step)
-                if not v.dot(v) < MAX_SPEED**2:
-                    raise SimulationError(
-                        f"{self.arm.name} diverged at {time:.3f} s: the loop or its environment is too stiff for "
-                        f"{rate:g} Hz and {self._substeps} substeps; lower the gains or raise one of these"
-                    )
+        if not 0.0 < rate < inf:
+            raise ConfigurationError(f"rate = {rate} Hz must be positive and finite")
+        return ArmBackend(self, q, v, rate)
 
     def wrench(self, q: Array, v: Array) -> Array:
         """Return the environment's wrench (6,) on the tool at its origin, world axes [N, N·m]."""
@@ -173,30 +171,19 @@ class ArmSimulation:
         if self._environment is None:
             return None
         state = self.plant.update(q, v)
-        return state.J.T.dot(_wrench(self._environment, state))
+        torque = np.empty(self.arm.nv)
+        multiply_transposed(state.J, _wrench(self._environment, state), torque)
+        return torque
 
-    def _measured(self, q: Array, v: Array, random: np.random.Generator) -> tuple[Array, Array]:
-        if self._noise is None:
-            return q, v
-        unit = random.standard_normal((2, len(q)))
-        return q + self._noise.position * unit[0], v + self._noise.velocity * unit[1]
 
-    def _advance(
-        self, data: pin.Data, q: Array, v: Array, torque: Array, friction: Array, step: float
-    ) -> tuple[Array, Array, Array]:
-        """Integrate one step; at its start, the friction of the previous step replaces the unknown one."""
-        model, friction_law = self._model, self.friction
-        start = torque if friction_law.is_zero else torque + friction - friction_law.viscous * v
-        a = pin.aba(model, data, q, v, self._total(start, q, v))
-        q_middle, v_middle = q + 0.5 * step * v, v + 0.5 * step * a
-        v_end = v + step * pin.aba(model, data, q_middle, v_middle, self._total(torque, q_middle, v_middle))
-        if not friction_law.is_zero:
-            v_end, friction = friction_law.apply(pin.crba(model, data, q_middle), v, v_end, step)
-        return q + 0.5 * step * (v + v_end), v_end, friction
-
-    def _total(self, torque: Array, q: Array, v: Array) -> Array:
-        external = self.external(q, v)
-        return torque if external is None else torque + external
+def _samples(arm: ArmBackend, torque: Callable[[Observation], Array], ticks: int) -> Iterator[ArmSample]:
+    """Yield the samples of a run."""
+    for _ in range(ticks):
+        observation = arm.observe()
+        held = torque(observation)
+        yield ArmSample(observation.time, arm.q, arm.v, held, observation.wrench)
+        arm.apply(held)
+        arm.step()
 
 
 def _frictions(arm: ArmModel, given: ArrayLike | None, model: Array, name: str) -> Array:
@@ -220,18 +207,8 @@ def _with_errors(arm: ArmModel, mass_factor: float, payload: float) -> ArmModel:
     model = arm.pinocchio_model
     for joint in range(1, model.njoints):
         body = model.inertias[joint]
-        model.inertias[joint] = pin.Inertia(mass_factor * body.mass, body.lever, mass_factor * body.inertia)
-    frame = model.frames[model.getFrameId(arm.tool_frame)]
-    if payload > 0.0:
-        model.appendBodyToJoint(frame.parentJoint, pin.Inertia(payload, np.zeros(3), np.zeros((3, 3))), frame.placement)
-    return ArmModel(
-        model,
-        frame.name,
-        name=arm.name,
-        q_lower=arm.q_lower,
-        q_upper=arm.q_upper,
-        velocity_limit=arm.velocity_limit,
-        torque_limit=arm.torque_limit,
-        friction_coulomb=arm.friction_coulomb,
-        friction_viscous=arm.friction_viscous,
-    )
+        heavier = pin.Inertia(mass_factor * body.mass, body.lever, np.zeros((3, 3)))
+        heavier.inertia = mass_factor * body.inertia
+        model.inertias[joint] = heavier
+    plant = arm.replace(model=model)
+    return plant.with_payload(payload, np.zeros(3)) if payload > 0.0 else plant

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, pi
+from math import atan2, exp, hypot, inf, log, pi, pow, sqrt
 
 import numpy as np
 import pinocchio as pin
@@ -11,18 +11,20 @@ from numpy.typing import ArrayLike
 
 from ..arm.model import ArmModel
 from ..exceptions import ConfigurationError
+from ..kernels.algebra import add_normal_equations, cholesky, solve_factored
 from ..types import Array, Pose, Reference
+from ..vectors import components, product
 from .arm_simulation import ArmSimulation
 from .tracking import Controller, simulate_tracking
 
-FREQUENCIES = tuple(np.geomspace(0.5, 20.0, 17).tolist())
+FREQUENCIES = tuple(0.5 * pow(40.0, index / 16.0) for index in range(17))
 """Default frequencies of the reference [Hz]; chosen on both sides of the default gains' natural frequencies, 4.8 and
 6.4 Hz."""
 
 _DEFAULT_AMPLITUDES = (0.005, 0.02)
 """Default amplitudes of the reference along [m] and about [rad] an axis; chosen."""
 
-_HALF_POWER = 10.0 ** (-3.0 / 20.0)
+_HALF_POWER = pow(10.0, -3.0 / 20.0)
 """Gain of -3 dB [-], which defines the bandwidth."""
 
 _MIN_SAMPLES_PER_PERIOD = 4.0
@@ -71,9 +73,11 @@ class FrequencyResponse:
         index = int(below[0])
         if index == 0:
             return 0.0
-        level, frequency = np.log(self.gain[index - 1 : index + 1]), np.log(self.frequency[index - 1 : index + 1])
-        share = (level[0] - np.log(_HALF_POWER)) / (level[0] - level[1])
-        return float(np.exp(frequency[0] + share * (frequency[1] - frequency[0])))
+        level, frequency = (
+            [log(value) for value in values[index - 1 : index + 1].tolist()] for values in (self.gain, self.frequency)
+        )
+        share = (level[0] - log(_HALF_POWER)) / (level[0] - level[1])
+        return exp(frequency[0] + share * (frequency[1] - frequency[0]))
 
     @property
     def resonance_peak(self) -> float:
@@ -168,7 +172,7 @@ class _Oscillation:
         direction[self.axis] = self.amplitude
         wave = self.pulsation * time
         shift = np.sin(wave) * direction
-        pose = Pose(self.start.translation + shift[:3], pin.exp3(shift[3:]) @ self.start.rotation)
+        pose = Pose(self.start.translation + shift[:3], product(pin.exp3(shift[3:]), self.start.rotation))
         if not self.feedforward:
             return Reference(pose)
         twist, acceleration = self.pulsation * np.cos(wave), -(self.pulsation**2) * np.sin(wave)
@@ -181,7 +185,11 @@ def _fit(wave: Array, motion: Array, amplitude: float) -> tuple[float, float, fl
     Over whole periods this equals correlation. It is also right if a period is not a whole number of samples.
     """
     columns = np.column_stack((np.sin(wave), np.cos(wave), np.ones(len(wave))))
-    weights = np.linalg.lstsq(columns, motion, rcond=None)[0]
-    size = float(np.hypot(weights[0], weights[1]))
-    rest = float(np.sqrt(np.mean(np.square(motion - columns @ weights))))
-    return size / amplitude, float(np.arctan2(weights[1], weights[0])), rest / (size / np.sqrt(2.0)) if size else inf
+    gram, moments, factor = np.zeros((3, 3)), np.zeros(3), np.empty((3, 3))
+    add_normal_equations(columns, motion, gram, moments)
+    cholesky(gram, factor)
+    weights = -moments
+    solve_factored(factor, weights)
+    size = hypot(weights[0], weights[1])
+    rest = sqrt(np.mean(np.square(motion - components(columns, weights))))
+    return size / amplitude, atan2(weights[1], weights[0]), rest / (size / sqrt(2.0)) if size else inf

@@ -6,10 +6,13 @@ import daqp
 import numpy as np
 
 from ..exceptions import SimulationError
+from ..kernels.algebra import cholesky, multiply, solve_factored, solve_factored_columns
 from ..types import Array
 
 _HELD = 1e-9
 """Relative distance of the friction from its bound above which a joint sticks [-]; chosen above round-off."""
+
+_NOT_FINITE = "the joint friction has no solution: the motion is not finite; use more substeps"
 
 
 class JointFriction:
@@ -52,10 +55,14 @@ class JointFriction:
         Raises:
             SimulationError: The program has no solution, which happens only if values are not finite.
         """
-        damping = 0.5 * step * self.viscous
-        compliance = np.linalg.inv(M + np.diag(damping))
-        v_end = compliance @ (M @ v_free - damping * v)
-        friction = np.zeros(len(v))
+        damping, factor = 0.5 * step * self.viscous, np.empty(M.shape)
+        if not cholesky(M + np.diag(damping), factor):
+            raise SimulationError(_NOT_FINITE)
+        compliance, v_end, friction, change = np.eye(len(v)), np.empty(len(v)), np.zeros(len(v)), np.empty(len(v))
+        solve_factored_columns(factor, compliance)
+        multiply(M, v_free, v_end)
+        v_end -= damping * v
+        solve_factored(factor, v_end)
         dry = self._dry
         if dry.size:
             H = np.ascontiguousarray(compliance[np.ix_(dry, dry)])
@@ -63,9 +70,10 @@ class JointFriction:
                 H, v_end[dry] / step, self._rows, self._bound, -self._bound, self._constraint_types
             )
             if flag <= 0:
-                raise SimulationError("the joint friction has no solution: the motion is not finite; use more substeps")
+                raise SimulationError(_NOT_FINITE)
             friction[dry] = f
-            v_end = v_end + step * (compliance[:, dry] @ f)
+            multiply(compliance, friction, change)
+            v_end += step * change
             # Round-off would let a held joint creep.
             v_end[dry[np.abs(f) < self._bound * (1.0 - _HELD)]] = 0.0
         return v_end, friction

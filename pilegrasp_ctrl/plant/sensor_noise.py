@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import inf, pi, sqrt
 
 import numpy as np
+from eigenpy import FullPivLU  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike
 
 from ..exceptions import ConfigurationError
@@ -60,12 +61,12 @@ class SensorNoise:
         """
         if not (0.0 < counts < inf and 0.0 < rate < inf):
             raise ConfigurationError(f"counts = {counts} and rate = {rate} must be positive and finite")
-        ratios = np.asarray(joint_to_motor, dtype=np.float64)
-        try:
-            motor_to_joint = np.linalg.inv(np.diag(ratios) if ratios.ndim == 1 else ratios)
-        except np.linalg.LinAlgError:
+        ratios = np.atleast_1d(np.asarray(joint_to_motor, dtype=np.float64))
+        solver = FullPivLU(np.diag(ratios) if ratios.ndim == 1 else ratios)
+        if not solver.isInvertible():
             raise ConfigurationError(
                 "joint_to_motor has no inverse, so the encoders do not determine the joints; give a regular matrix"
-            ) from None
+            )
+        motor_to_joint = solver.inverse()
         count: Array = 2.0 * pi / counts * np.sqrt(np.square(motor_to_joint).sum(axis=1))
         return cls(count / sqrt(12.0), count * rate / sqrt(6.0))

@@ -12,6 +12,7 @@ from ..arm.model import ArmModel
 from ..exceptions import ConfigurationError
 from ..trajectories.straight_line import Step
 from ..types import Array
+from ..vectors import components, inner, norm
 from .arm_simulation import ArmSimulation
 from .tracking import Controller, simulate_tracking
 
@@ -120,7 +121,7 @@ def step_response(
         rise_time=rise,
         settling_time=settling,
         overshoot=overshoot,
-        steady_state_error=(float(np.linalg.norm(end[:3])), float(np.linalg.norm(end[3:]))),
+        steady_state_error=(norm(end[:3]), norm(end[3:])),
         torque_share=float((np.abs(motion.torque) / arm.torque_limit).max()),
         active_limits=motion.active_limits(),
         fallbacks=motion.fallbacks,
@@ -129,10 +130,10 @@ def step_response(
 
 def _measure(time: Array, error: Array, step: Array, period: float) -> tuple[float, float, float]:
     """Return rise time [s], settling time [s] and overshoot [-] of one part of the error (n, 3)."""
-    covered = 1.0 - error @ step / (step @ step)
+    covered = 1.0 - components(error, step) / inner(step, step)
     nearly = _crossing(time, covered, 0.9)
     rise = nearly - _crossing(time, covered, 0.1) if nearly < inf else inf
-    outside = np.flatnonzero(np.linalg.norm(error, axis=1) > SETTLING_BAND * np.linalg.norm(step))
+    outside = np.flatnonzero(np.linalg.norm(error, axis=1) > SETTLING_BAND * norm(step))
     last = int(outside[-1]) if outside.size else -1
     settling = inf if last == len(time) - 1 else (last + 1) * period
     return rise, settling, max(0.0, float(covered.max()) - 1.0)

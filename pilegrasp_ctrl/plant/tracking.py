@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..tasks.frame_task import pose_error
+from ..tasks.pose_task import pose_error
 from ..types import Array, ControllerOutput, Observation, Reference
 from .arm_simulation import ArmSimulation
 

@@ -10,7 +10,8 @@ import pinocchio as pin
 
 from ..trajectories.straight_line import LineChain, StraightLine
 from ..types import Array, Pose
-from .primitive import NO_FORCE, UP, ActivePath, Ending, PrimitiveInput, Setpoint, horizontal_part
+from ..vectors import norm, product
+from .primitive import NO_FORCE, UP, ActivePath, Ending, PrimitiveInput, Setpoint, horizontal_direction
 
 SETTLE_TIME = 0.5
 """Time at rest after a line [s]; chosen so that a recording shows the error's decay."""
@@ -90,7 +91,7 @@ class Lift:
             lines: tuple[StraightLine, ...] = (StraightLine(start, self.height * UP, self.speed),)
         else:
             away = (inputs.pose.translation - start.translation + self.back) * (1.0 - UP)
-            rise = min(float(np.linalg.norm(away)), self.height)
+            rise = min(norm(away), self.height)
             diagonal = StraightLine(start, away + rise * UP, self.speed)
             lines = (diagonal, StraightLine(diagonal.end, (self.height - rise) * UP, self.speed))
         return ActiveLift(inputs, LineChain(lines), last.closure, NO_FORCE, self)
@@ -104,7 +105,7 @@ class ActiveLift(ActivePath):
 
     def force(self, inputs: PrimitiveInput) -> float:
         """Return the weight that the hand carries in addition to that at the start [N]."""
-        return float(-self.force_change(inputs)[2])
+        return -self.force_up(inputs)
 
     def ending(self, inputs: PrimitiveInput) -> Ending | None:
         """End after the waiting time; fail if the hand is too low."""
@@ -138,11 +139,10 @@ class Carry:
         lines: tuple[StraightLine, ...] = ()
         rise = float(self.pose.translation[2] - here.translation[2])
         if rise > CARRY_BACK:
-            forward = horizontal_part(here.rotation)
-            away = inputs.pose.translation - here.translation - CARRY_BACK * forward / np.linalg.norm(forward)
+            away = inputs.pose.translation - here.translation - CARRY_BACK * horizontal_direction(here.rotation)
             lines = (StraightLine(here, np.array([away[0], away[1], rise]), self.speed),)
             here = lines[0].end
-        turn = pin.log3(self.pose.rotation @ here.rotation.T)
+        turn = pin.log3(product(self.pose.rotation, here.rotation.T))
         displacement = self.pose.translation - here.translation
         lines += (StraightLine(here, displacement, self.speed, rotation=turn, angular_speed=CARRY_ANGULAR_SPEED),)
         return ActiveCarry(inputs, LineChain(lines), self.closure, NO_FORCE)

@@ -8,9 +8,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..kernels.wrist import change_along, change_size
 from ..trajectories.straight_line import LineChain, StraightLine
 from ..types import Array, Pose, Reference
-from .primitive import NO_FORCE, ActivePath, Ending, PrimitiveInput, Setpoint, horizontal_part
+from .primitive import NO_FORCE, UP, ActivePath, Ending, PrimitiveInput, Setpoint, horizontal_direction
 
 TILT_SPEED = 0.6
 """Angular speed of the scoop's tilt [rad/s]; chosen."""
@@ -32,6 +33,7 @@ class Grasp:
         speed: |v_hand| of the push [m/s].
         grasp_force: F_grasp [N].
         advance: Longest distance that the reference advances or retreats [m].
+        start_force: Force against the push at the start [N]; F_grasp if absent.
     """
 
     duration: float
@@ -39,6 +41,7 @@ class Grasp:
     speed: float
     grasp_force: float
     advance: float
+    start_force: float | None = None
     name: str = "grasp"
     tares: ClassVar[bool] = False
 
@@ -60,22 +63,24 @@ class ActiveGrasp:
     def setpoint(self, inputs: PrimitiveInput) -> Setpoint:
         """Advance for the time since the last call, and close the hand."""
         plan = self.plan
-        speed = plan.speed * float(np.clip(1.0 - self.pressure(inputs) / plan.grasp_force, -1.0, 1.0))
+        speed = plan.speed * min(max(1.0 - self.pressure(inputs) / plan.grasp_force, -1.0), 1.0)
         wanted = self._advanced + speed * (inputs.time - (self.start.time if self._time is None else self._time))
         self._time = inputs.time
-        self._advanced = float(np.clip(wanted, -plan.advance, plan.advance))
-        moving = self._advanced == wanted
-        twist = np.concatenate([moving * speed * plan.direction, np.zeros(3)])
-        return Setpoint(Reference(self.start_pose.moved(self._advanced * plan.direction), twist), 1.0)
+        self._advanced = min(max(wanted, -plan.advance), plan.advance)
+        twist, rest, start = np.zeros(6), np.zeros(6), self.start_pose
+        if self._advanced == wanted:
+            twist[:3] = speed * plan.direction
+        pose = Pose.trusted(start.translation + self._advanced * plan.direction, start.rotation)
+        return Setpoint(Reference.trusted(pose, twist, rest), 1.0)
 
     def pressure(self, inputs: PrimitiveInput) -> float:
-        """Return the force against the push [N]; it counts as F_grasp at the start."""
-        change = self.plan.direction @ (inputs.wrench[:3] - self.start.wrench[:3])
-        return self.plan.grasp_force - float(change)
+        """Return the force against the push [N]; at the start it counts as `start_force`, or else as F_grasp."""
+        begun = self.plan.grasp_force if self.plan.start_force is None else self.plan.start_force
+        return begun - change_along(inputs.wrench, self.start.wrench, self.plan.direction)
 
     def force(self, inputs: PrimitiveInput) -> float:
         """Return the magnitude of the force change [N]."""
-        return float(np.linalg.norm(inputs.wrench[:3] - self.start.wrench[:3]))
+        return change_size(inputs.wrench, self.start.wrench)
 
     def ending(self, inputs: PrimitiveInput) -> Ending | None:
         """End after the closing time, because the hand has no sensor."""
@@ -107,8 +112,7 @@ class Scoop:
         before, after = self.slope, self.slope - self.angle
         forward = self.heel * (math.cos(after) - math.cos(before))
         upward = self.heel * (math.sin(before) - math.sin(after))
-        level = horizontal_part(here.rotation)
-        displacement = forward * level / np.linalg.norm(level) + np.array([0.0, 0.0, upward])
+        displacement = forward * horizontal_direction(here.rotation) + upward * UP
         turn = -self.angle * here.rotation[:, 1]
         line = StraightLine(here, displacement, 1.0, rotation=turn, angular_speed=TILT_SPEED)
         return ActiveScoop(inputs, LineChain((line,)), last.closure, NO_FORCE)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import dist, sqrt
 from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
+from ..kernels.algebra import distance
+from ..kernels.wrist import change_size
 from ..trajectories.straight_line import LineChain
 from ..types import Array, Pose, Reference
+from ..vectors import norm
 
 NO_FORCE = np.zeros(6)
 """Desired wrench (6,) of a hand that need not press on anything [N, N·m]."""
@@ -29,11 +31,13 @@ class PrimitiveInput(NamedTuple):
         time: Time [s].
         pose: Pose of the tool frame in the world, from the joint angles.
         wrench: (6,) Wrench of the environment on the hand, in world axes [N, N·m].
+        touched: Number of objects that touch the fingers; 0 for a hand without touch.
     """
 
     time: float
     pose: Pose
     wrench: Array
+    touched: int = 0
 
 
 class Setpoint(NamedTuple):
@@ -113,11 +117,11 @@ class ActivePath:
 
     def distance_to_end(self, inputs: PrimitiveInput) -> float:
         """Return the distance of the tool from the end of the path [m]."""
-        return dist(inputs.pose.translation, self.path.end.translation)
+        return distance(inputs.pose.translation, self.path.end.translation)
 
-    def force_change(self, inputs: PrimitiveInput) -> Array:
-        """Return the change (3,) of the force on the hand since the start [N]."""
-        return inputs.wrench[:3] - self.start.wrench[:3]
+    def force_up(self, inputs: PrimitiveInput) -> float:
+        """Return the change of the vertical force on the hand since the start [N], positive upwards."""
+        return float(inputs.wrench[2] - self.start.wrench[2])
 
     def setpoint(self, inputs: PrimitiveInput) -> Setpoint:
         """Return the present point of the path."""
@@ -125,10 +129,10 @@ class ActivePath:
 
     def force(self, inputs: PrimitiveInput) -> float:
         """Return the magnitude of the force change [N]."""
-        change = self.force_change(inputs)
-        return sqrt(change.dot(change))
+        return change_size(inputs.wrench, self.start.wrench)
 
 
-def horizontal_part(rotation: Array) -> Array:
-    """Return the horizontal part (3,) of the fingers' direction; `rotation` (3, 3) is the orientation of the tool."""
-    return rotation[:, 0] * np.array([1.0, 1.0, 0.0])
+def horizontal_direction(rotation: Array) -> Array:
+    """Return the unit vector (3,) of the fingers' horizontal part; `rotation` (3, 3) is the orientation of the tool."""
+    level = rotation[:, 0] * np.array([1.0, 1.0, 0.0])
+    return level / norm(level)

@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-
 from ..arm.model import ArmModel
 from ..config import Scenario
-from ..exceptions import ConfigurationError, UnreachablePoseError
-from ..planning.hand_use import HandUse
-from ..planning.layout import REACH, Layout, make_layout
-from ..planning.push_goal import PushGoal
-from ..planning.push_line import PushLine, plan_push_line
-from ..planning.strategy import Plan, plan_attempt, plan_line
-from ..robots import names
-from ..sim.backend import Simulation
+from ..exceptions import ConfigurationError
+from ..planning.layout import Layout, make_layout
+from ..planning.strategy import Plan
+from ..sim.contact import CONTACT_STEPS, largest_timestep
 from ..sim.hand import Hand
-from ..sim.monitors import RimCheck
-from ..sim.objects import Objects, objects_of
-from ..sim.pile import Pile, settle_pile
+from ..sim.objects import Objects, objects_of, own_frame, spread
+from ..sim.pile import Pile, settle_pile, without_mutual_contacts
 from ..sim.scene import build_scene
+from ..sim.simulation import Simulation
 from ..sim.start_posture import StartPosture
+from ..sim.touch_sensor import TouchSensor
 from ..sim.wrist_sensor import WristSensor
 from ..types import Array, Pose
+from .bin_reach import bin_goals
 from .controller import Control, ControllerFactory, controller_factory
-from .pick_order import PickOrder, delivery_pose
+from .derived_room import room_of
+from .notes import notes_on
+from .program import Course, Program
+from .registry import program_of
+from .workplace import Station, Workplace, believed_poses, push_line
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,26 +40,36 @@ class Attempt:
         arm: Arm with the known mass of the hand, tool frame and base.
         transform_known_to_scene: Transform from the frame of arm and plan to the frame of the simulation. It is the
             identity unless the true slope of the floor differs from the known one.
-        plan: Start pose and primitives.
+        course: Program, planned for the pile.
         simulation: Simulation at the start posture, with the settled pile.
         control: Function from observation and setpoint to torque.
         period: Control period [s].
         pile: Pile as it settled.
-        rims: Monitor of the bin's rims.
-        order: Pick order; None for other programs than "order".
+        notes: Sentences on what the result rests on, such as parts that are too heavy for the hand.
+        grasp_force: F_grasp by the mass of the objects [N]; None if it is that of the scenario.
     """
 
     scenario: Scenario
     seed: int
     arm: ArmModel
     transform_known_to_scene: Pose
-    plan: Plan
+    course: Course
     simulation: Simulation
     control: Control
     period: float
     pile: Pile
-    rims: RimCheck
-    order: PickOrder | None = None
+    notes: tuple[str, ...] = ()
+    grasp_force: float | None = None
+
+    @property
+    def plan(self) -> Plan:
+        """Start pose and primitives."""
+        return self.course.plan
+
+    @property
+    def posture(self) -> Array:
+        """(nv,) joint angles at the start [rad]."""
+        return self.course.posture
 
 
 class _Parts(NamedTuple):
@@ -69,6 +80,7 @@ class _Parts(NamedTuple):
         hand: Hand.
         objects: Model of the objects.
         layout: Layout with the known slope of the floor.
+        program: What the attempt does.
         make_controller: Function that makes the controller.
     """
 
@@ -76,6 +88,7 @@ class _Parts(NamedTuple):
     hand: Hand
     objects: Objects
     layout: Layout
+    program: Program
     make_controller: ControllerFactory
 
 
@@ -86,58 +99,70 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
         PilegraspError: A name, file or key of the scenario is invalid, the pile does not settle, or a pose is out of
             reach.
     """
-    steps, hand, objects, layout, make_controller = _parts(scenario)
-    slope_error = np.radians(scenario.support.slope_error_deg)
+    steps, hand, objects, layout, program, make_controller = _parts(scenario)
+    planned = with_force_by_mass(scenario, objects)
+    slope_error = math.radians(scenario.support.slope_error_deg)
+    objects = spread(objects, scenario.pile, seed)
     numerics = scenario.sim.contact_rule, scenario.sim.timestep
     pile = settle_pile(objects, scenario.pile.count, layout.with_rising_floor(slope_error), seed, *numerics)
-    goal = layout.goals[0] if layout.goals else None
-
-    def push_line(poses: Array, goal: PushGoal | None) -> PushLine:
-        cylinders, radius = objects.shape == "cylinder", objects.bounding_radius
-        return plan_push_line(scenario.strategy, hand.use, layout, poses, radius, cylinders=cylinders, goal=goal)
-
-    if scenario.program != "line" and goal is None:
-        line = push_line(pile.poses, None)
+    if not scenario.pile.mutual_contacts:
+        pile = without_mutual_contacts(pile, objects, layout.with_rising_floor(slope_error), *numerics)
+    true_layout = layout
+    # What follows plans with what the arm believes.
+    layout, poses = layout.as_believed(scenario.known), believed_poses(scenario.known, pile.poses)
+    if scenario.traits.touches and not layout.goals:
+        line = push_line(scenario, hand, objects, layout, poses, None)
         layout = layout.with_base_behind_push(line.touch(scenario.strategy), line.point, pile.poses[:, :2])
-    tool = hand.mass_properties()
-    base = layout.transform_base_to_world
-    arm = ArmModel.load(
-        scenario.robot, tool=tool, tool_frame=hand.transform_tool_to_flange, base=base, gravity=layout.gravity
-    )
-    search = StartPosture(scenario.robot, hand.transform_tool_to_flange, base)
-
-    def plan_to(poses: Array, goal: PushGoal | None, posture: Array | None = None) -> tuple[Plan, Array]:
-        return _plan_within_reach(scenario, hand.use, layout, push_line(poses, goal), search, posture)
-
-    order = None
-    if scenario.program == "order":
-        members = objects.net.members if objects.net else 1
-        order = PickOrder(scenario, layout.goals, members, delivery_pose(hand.theta), plan_to)
-        _, plan, q = order.next_plan(pile.poses)
-        search.solve(delivery_pose(hand.theta), q)
-    else:
-        plan, q = plan_to(pile.poses, goal)
     # The plan is made for the known floor and runs on the true floor.
-    true_layout = layout.with_rising_floor(slope_error)
+    true_layout = true_layout.with_base_of(layout).with_rising_floor(slope_error)
+    true_layout = true_layout.with_lower_floor(scenario.known.table_z)
     known_to_scene = true_layout.transform_from(layout)
-    scene = build_scene(scenario, hand, objects, true_layout)
     period = steps * scenario.sim.timestep
-    sensor = WristSensor(scene.model, tool, scenario.sensor, period, seed, known_to_scene.rotation.T)
-    simulation = Simulation(scene, sensor, steps)
-    simulation.reset(q, pile.poses)
+    makers = {hand.name: make_controller}
+
+    def make_station(place: Workplace, posture: Array, object_poses: Array) -> Station:
+        tool, theirs = place.hand.mass_properties(), place.hand.transform_tool_to_flange
+        base = layout.transform_base_to_world
+        arm = ArmModel.load(scenario.robot, tool=tool, tool_frame=theirs, base=base, gravity=layout.gravity)
+        # Gains and tracking are judged on the arm as it is modelled, so a line in free space keeps it.
+        drawn = seed if scenario.traits.touches else None
+        scene = build_scene(scenario, place.hand, objects, true_layout, drawn)
+        sensor = WristSensor(scene.model, tool, scenario.sensor, period, seed, known_to_scene.rotation.T)
+        label = f"{scenario.config_hash()}-{seed}"
+        feels = scenario.traits.touches and scenario.strategy.close_on == "touches"
+        simulation = Simulation(scene, sensor, steps, true_layout.walls, label, TouchSensor(scene) if feels else None)
+        simulation.reset(posture, object_poses)
+        make = makers.get(place.hand.name) or controller_factory(scenario, place.hand, layout.walls)
+        return Station(arm, simulation, make(arm, posture))
+
+    search = StartPosture(scenario.robot, hand.transform_tool_to_flange, layout.transform_base_to_world)
+    workplace = Workplace(planned, hand, objects, layout, poses, search, make_station, seed)
+    course = program.begin(workplace)
+    station = make_station(workplace, course.posture, pile.poses)
     return Attempt(
         scenario=scenario,
         seed=seed,
-        arm=arm,
+        arm=station.arm,
         transform_known_to_scene=known_to_scene,
-        plan=plan,
-        simulation=simulation,
-        control=make_controller(arm, q),
+        course=course,
+        simulation=station.simulation,
+        control=station.control,
         period=period,
         pile=pile,
-        rims=RimCheck(scene, layout.walls),
-        order=order,
+        notes=notes_on(hand, objects, scenario.pile.count),
+        grasp_force=None if planned is scenario else planned.strategy.grasp_force,
     )
+
+
+def with_force_by_mass(scenario: Scenario, objects: Objects) -> Scenario:
+    """Return the scenario with F_grasp from `strategy.force_per_mass` and the mean mass of its objects, if given."""
+    share = scenario.strategy.force_per_mass
+    if share is None or not scenario.pile.count:
+        return scenario
+    models = objects.assign_models(scenario.pile.count)
+    force = share * math.fsum(model.mass for model in models) / len(models)
+    strategy = scenario.strategy.model_copy(update={"grasp_force": force})
+    return scenario.model_copy(update={"strategy": strategy})
 
 
 def check(scenario: Scenario) -> None:
@@ -151,16 +176,59 @@ def check(scenario: Scenario) -> None:
 
 def _parts(scenario: Scenario) -> _Parts:
     """Return the checked parts of an attempt that do not depend on the settled pile."""
-    if scenario.robot not in names():
-        raise ConfigurationError(f"robot = {scenario.robot!r} is not known; choose from {', '.join(names())}")
     steps = _steps(scenario)
-    hand = Hand.load(scenario.hand, scenario.hand_model)
+    _check_delay(scenario)
+    hand = _first_hand(scenario)
     objects = objects_of(scenario.pile)
-    layout = make_layout(scenario.support, scenario.pile, objects.diameter, scenario.program == "order")
+    _check_contact_steps(scenario, hand, objects)
+    order = scenario.order if scenario.traits.delivers else None
+    room, frame = room_of(scenario.robot, hand), own_frame(scenario.pile, objects)
+    layout = make_layout(scenario.support, scenario.pile, objects.diameter, order, room, frame)
     if scenario.strategy.kind == "object" and (scenario.pile.count == 0 or scenario.support.bin):
         why = "the goal in a bin fixes the push line" if scenario.support.bin else "pile.count is 0"
         raise ConfigurationError(f"strategy.kind = 'object' cannot aim at an object, because {why}; make it 'pile'")
-    return _Parts(steps, hand, objects, layout, controller_factory(scenario, hand))
+    if layout.bin is not None and scenario.traits.touches:
+        layout = layout.with_goals(bin_goals(scenario, hand, layout))
+        if not layout.goals[0].name.startswith(scenario.support.kind):
+            raise ConfigurationError(
+                "support.kind = 'corner' is not possible: in this bin no push of hand and arm runs into a corner; make "
+                "it 'wall', or the bin larger by support.bin_size"
+            )
+    return _Parts(
+        steps, hand, objects, layout, program_of(scenario.program), controller_factory(scenario, hand, layout.walls)
+    )
+
+
+def _first_hand(scenario: Scenario) -> Hand:
+    """Return the hand that begins: the scenario's, or the one that pushes in its place."""
+    pushing = scenario.strategy.pushing_hand
+    return Hand.load(scenario.hand, scenario.hand_model) if pushing is None else Hand.load(pushing)
+
+
+def _check_contact_steps(scenario: Scenario, hand: Hand, objects: Objects) -> None:
+    """Refuse a physics step that leaves fewer than `CONTACT_STEPS` in a bounce whose duration is stated."""
+    touching = {hand.name: hand.surface}
+    if scenario.strategy.pushing_hand is not None:
+        touching[scenario.hand] = Hand.load(scenario.hand, scenario.hand_model).surface
+    touching |= {each.name: each.surface for each in objects.assign_models(scenario.pile.count)}
+    for name, surface in touching.items():
+        # The quotient of two numbers such as 0.005 and 0.001 is not exact.
+        if scenario.sim.timestep > (1.0 + 1e-9) * largest_timestep(surface):
+            raise ConfigurationError(
+                f"sim.timestep = {scenario.sim.timestep:g} s is too long: a bounce of {name} lasts "
+                f"{surface.contact_time:g} s and needs {CONTACT_STEPS} steps; make it "
+                f"{largest_timestep(surface):g} or less"
+            )
+
+
+def _check_delay(scenario: Scenario) -> None:
+    """Refuse a delay of the sensor that is less than half a control period, because readings come once a period."""
+    delay, period = scenario.sensor.delay, 1.0 / scenario.controller.rate
+    if 0.0 < delay < 0.5 * period:
+        raise ConfigurationError(
+            f"sensor.delay = {delay:g} s has no effect, because the sensor is read every {period:g} s; "
+            f"give whole control periods, such as {period:g}"
+        )
 
 
 def _steps(scenario: Scenario) -> int:
@@ -173,42 +241,3 @@ def _steps(scenario: Scenario) -> int:
             f"as at {1.0 / (max(1, round(ratio)) * scenario.sim.timestep):.9g} Hz"
         )
     return round(ratio)
-
-
-def _plan_within_reach(
-    scenario: Scenario,
-    hand: HandUse,
-    layout: Layout,
-    line: PushLine,
-    search: StartPosture,
-    posture: Array | None,
-) -> tuple[Plan, Array]:
-    """Return the plan with the longest push whose end is within reach, and the start posture."""
-    for farthest in REACH:
-        plan = _plan(scenario, hand, layout, line, farthest)
-        q = posture = search.solve(plan.start, posture)
-        for pose in plan.waypoints:
-            posture = search.solve(pose, posture)
-        try:
-            search.solve_near(plan.end, posture)
-        except UnreachablePoseError:
-            if farthest == REACH[-1]:
-                raise
-            continue
-        break
-    return plan, q
-
-
-def _plan(scenario: Scenario, hand: HandUse, layout: Layout, line: PushLine, farthest: float) -> Plan:
-    if scenario.program == "line":
-        return plan_line(scenario.line, hand)
-    return plan_attempt(
-        scenario.strategy,
-        hand,
-        line.point,
-        line.extent,
-        farthest,
-        grasp=scenario.program != "push",
-        yaw=line.yaw,
-        base_position=np.array(layout.base_position),
-    )

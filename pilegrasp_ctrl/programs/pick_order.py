@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..analysis.kept_objects import NOTHING_HELD, are_held
+from ..analysis.kept_objects import NOTHING_HELD
 from ..config import Scenario
-from ..exceptions import UnreachablePoseError
-from ..planning.layout import BIN_CENTER
-from ..planning.push_goal import PushGoal
-from ..planning.strategy import HAND_HALF_WIDTH, START_HEIGHT, Plan, tool_rotation
-from ..planning.walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, are_inside
+from ..exceptions import ArgumentError, UnreachablePoseError
+from ..planning.crate import Crate
+from ..planning.layout import Layout
+from ..planning.strategy import Plan, tool_rotation
 from ..primitives.free_motions import Carry
 from ..primitives.grasp import Release
 from ..primitives.primitive import Primitive
-from ..types import Array, Outcome, Pose
+from ..primitives.retry import Composite
+from ..types import Outcome, Pose
+from .operator import BinState, Operator, SeeingOperator, TrueCounts
 
 CARRY_SPEED = 0.25
 """Speed of the hand between bin and crate [m/s]; chosen."""
@@ -36,43 +36,37 @@ RELEASE_TIME = 2.0
 A cylinder takes 1.8 s to roll off the fingers and down into the crate."""
 
 
-class BinState(NamedTuple):
-    """State on which the next step of an order depends.
-
-    Attributes:
-        poses: (n, 7) object poses: position [m] and quaternion wxyz.
-        tool_position: (3,) position of the tool [m].
-        posture: (nv,) joint angles of the arm [rad].
-        time: Time [s].
-    """
-
-    poses: Array
-    tool_position: Array
-    posture: Array
-    time: float
-
-
-RunPrimitives = Callable[[Sequence[Primitive], bool], list[Outcome]]
+RunPrimitives = Callable[[Sequence[Primitive | Composite], bool], list[Outcome]]
 """Function that runs primitives until one fails. The flag marks the retreat after a failure.
 
 A retreat ignores the rims, the saturated sensor and the time limit, so that an arm on the rim can leave it."""
 
-PlanPush = Callable[[Array, PushGoal, Array | None], tuple[Plan, Array]]
-"""Function that returns the plan of an attempt at a goal and the posture at its start.
 
-The arguments are the poses (n, 7) of the objects in the bin, the goal, and the arm's present posture. The function
-raises an UnreachablePoseError if a pose is out of reach."""
-
-
-def delivery_pose(theta: float) -> Pose:
+def delivery_pose(layout: Layout, theta: float) -> Pose:
     """Return the tool pose over the order's crate at which the hand releases.
 
     Args:
+        layout: Layout with the order's crate.
         theta: Slope of the fingers, down away from the arm [rad].
+
+    Raises:
+        ArgumentError: The layout has no crate of an order.
     """
-    yaw = math.atan2(ORDER_CENTER[1], ORDER_CENTER[0])
-    point = ORDER_CENTER - STOP_SHORT * np.array([math.cos(yaw), math.sin(yaw)])
-    return Pose(np.array([*point, START_HEIGHT]), tool_rotation(yaw, theta))
+    x, y = crates(layout)[1].center
+    yaw = math.atan2(y, x)
+    point = np.array([x, y]) - STOP_SHORT * np.array([math.cos(yaw), math.sin(yaw)])
+    return Pose(np.array([*point, layout.start_height]), tool_rotation(yaw, theta))
+
+
+def crates(layout: Layout) -> tuple[Crate, Crate]:
+    """Return the bin and the order's crate.
+
+    Raises:
+        ArgumentError: The layout has not both.
+    """
+    if layout.bin is None or layout.order_crate is None:
+        raise ArgumentError("an order needs a layout with a bin and the order's crate")
+    return layout.bin, layout.order_crate
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +80,8 @@ class PickAttempt:
         reason: Reason for no delivery; "" after a delivery.
         start: Start time [s].
         end: End time [s].
+        believed_held: Number of objects that an operator without eyes believes to have held; None for one that sees.
+        believed_delivered: Number of objects that it believes to have delivered.
     """
 
     goal: str
@@ -94,73 +90,40 @@ class PickAttempt:
     reason: str
     start: float
     end: float
+    believed_held: int | None = None
+    believed_delivered: int | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the fields as plain JSON values."""
-        return {name: getattr(self, name) for name in self.__slots__}
+        """Return the fields as plain JSON values, the beliefs only if the operator has any."""
+        fields = {name: getattr(self, name) for name in self.__slots__}
+        return {name: value for name, value in fields.items() if value is not None}
 
 
 class PickOrder:
-    """An order: it composes the primitives of its attempts and counts the deliveries.
-
-    It uses the simulated poses in place of the paper's operator, who looks into the bin. They decide between wall and
-    corners, the objects in the hand, and the number of delivered objects.
+    """An order: it composes the primitives of its attempts, asks its operator, and judges by the truth.
 
     Attributes:
         attempts: Attempts so far.
+        operator: Operator, who chooses the lines and counts.
     """
 
-    def __init__(
-        self, scenario: Scenario, goals: Sequence[PushGoal], members: int, delivery: Pose, plan_push: PlanPush
-    ) -> None:
-        """Set the order's size, goals and planner.
+    def __init__(self, scenario: Scenario, delivery: Pose, counts: TrueCounts, operator: Operator) -> None:
+        """Set the order's size and its operator.
 
         Args:
-            scenario: Scenario with the order's size and the height of the lift.
-            goals: Push goals in the bin, the scenario's own first.
-            members: Number of objects in a net-bag; 1 without net-bags.
+            scenario: Scenario with the order's size.
             delivery: Tool pose of the release over the order's crate.
-            plan_push: Planner of an attempt.
+            counts: True counts, by which the order is judged.
+            operator: Operator.
         """
         self._count, self._max_attempts = scenario.order.count, scenario.order.max_attempts
-        self._lift_height, self._members = scenario.strategy.lift_height, members
-        self._goals, self._delivery, self._plan_push = goals, delivery, plan_push
+        self._delivery, self._counts, self.operator = delivery, counts, operator
         self.attempts: list[PickAttempt] = []
-        self._failed_lines: list[PushGoal] = []
-
-    def next_plan(self, poses: Array, posture: Array | None = None) -> tuple[PushGoal, Plan, Array]:
-        """Return the next attempt's goal, moved onto its push line, its plan and the posture at its start.
-
-        After a delivery, every goal in reach is tried once before a goal is tried again. Among the goals with the
-        fewest tries, the one with most objects before the hand is chosen, and among equals the scenario's own. A goal
-        is tried again on another line if there is one, because a push that holds nothing hardly changes the pile.
-
-        Args:
-            poses: (n, 7) object poses.
-            posture: (nv,) present joint angles of the arm [rad].
-
-        Raises:
-            UnreachablePoseError: No goal is in reach.
-        """
-        pile = poses[are_inside(poses[:, :3], BIN_CENTER, BIN_INNER)]
-        failures = Counter(line.name for line in self._failed_lines)
-        lines = [goal.best_line(pile[:, :2], HAND_HALF_WIDTH, self._failed_lines) for goal in self._goals]
-        for line, _ in sorted(lines, key=lambda found: (failures[found[0].name], -found[1])):
-            try:
-                return line, *self._plan_push(pile, line, posture)
-            except UnreachablePoseError as error:
-                unreachable = error
-        raise unreachable
-
-    def count_delivered(self, poses: Array) -> int:
-        """Return the number of objects in the order's crate. A net-bag counts as one; its middle decides."""
-        middle = poses[:, :3].reshape(-1, self._members, 3).mean(axis=1)
-        return int(np.count_nonzero(are_inside(middle, ORDER_CENTER, ORDER_INNER)))
 
     def fill(
         self, read_state: Callable[[], BinState], begin: Callable[[Plan], None], run_primitives: RunPrimitives
     ) -> tuple[list[Outcome], str | None]:
-        """Run attempts until the order is complete.
+        """Run attempts until the operator takes the order for complete.
 
         Args:
             read_state: Function that returns the present state of the bin.
@@ -171,54 +134,66 @@ class PickOrder:
             The outcomes of all primitives, and the reason why the order is not complete; None if it is complete.
         """
         outcomes: list[Outcome] = []
+        operator, counts = self.operator, self._counts
+        if isinstance(operator, SeeingOperator):
+            operator.look = read_state
         while len(self.attempts) < self._max_attempts:
-            before = read_state()
-            delivered_before = self.count_delivered(before.poses)
+            before, counted_before = read_state(), operator.count_delivered()
+            missing = self._count - counted_before
             try:
-                line, plan, _ = self.next_plan(before.poses, before.posture)
+                line, plan, _ = operator.next_plan(before.posture)
             except UnreachablePoseError as error:
                 return outcomes, str(error)
             begin(plan)
-            missing = self._count - delivered_before
-            done, held, failure = self._attempt(plan, missing, before.poses[:, 2], read_state, run_primitives)
+            done, held, true_held, failure = self._attempt(plan, missing, before, read_state, run_primitives)
             outcomes += done
-            after = read_state()
-            delivered = self.count_delivered(after.poses) - delivered_before
-            reason = "" if delivered else failure or "nothing of what was held reached the order's crate"
-            self._failed_lines = [] if delivered else [*self._failed_lines, line]
-            self.attempts.append(PickAttempt(line.name, held, delivered, reason, before.time, after.time))
-            if delivered >= missing:
-                return outcomes, None
+            after, counted = read_state(), operator.count_delivered() - counted_before
+            delivered = counts.delivered(after.poses) - counts.delivered(before.poses)
+            reason = "" if counted else failure or "nothing of what was held reached the order's crate"
+            operator.note(line, counted, done)
+            beliefs = (held, counted) if operator.believes else (None, None)
+            self.attempts.append(
+                PickAttempt(line.name, true_held, delivered, reason, before.time, after.time, *beliefs)
+            )
+            if counted >= missing:
+                return outcomes, self._error(counts.delivered(after.poses))
             if done[-1].name == "retreat" and done[-1].status == "failed":
                 return outcomes, f"retreat: {done[-1].trigger}"
-        delivered = self.count_delivered(read_state().poses)
+        delivered = counts.delivered(read_state().poses)
         return outcomes, f"{delivered} of {self._count} delivered after {self._max_attempts} attempts"
+
+    def _error(self, delivered: int) -> str | None:
+        """Return what is wrong with an order that its operator takes for complete."""
+        if self.operator.believes and delivered != self._count:
+            return f"the operator counted {self._count} or more, but {delivered} of {self._count} were delivered"
+        return None
 
     def _attempt(
         self,
         plan: Plan,
         missing: int,
-        rest_height: Array,
+        before: BinState,
         read_state: Callable[[], BinState],
         run_primitives: RunPrimitives,
-    ) -> tuple[list[Outcome], int, str | None]:
-        """Return the outcomes, the number of objects held after the lift, and the reason of a failure, if any."""
+    ) -> tuple[list[Outcome], int, int, str | None]:
+        """Return the outcomes, what was held after the lift, as counted and truly, and the reason of a failure."""
+        operator = self.operator
         first = () if not self.attempts else (Carry(plan.start, CARRY_SPEED, plan.closure, "return"),)
-        done = run_primitives((*first, *plan.primitives), False)
-        held, failure = 0, None
+        steps = (*first, *operator.weigh("empty"), *plan.primitives, *operator.weigh("lifted"))
+        done = run_primitives(steps, False)
+        held, true_held, failure = 0, 0, None
         if done[-1].status != "failed":
-            state = read_state()
-            hanging = are_held(state.poses[:, :3], state.tool_position, rest_height, self._lift_height)
-            held = int(np.count_nonzero(hanging.reshape(-1, self._members).any(axis=1)))
+            true_held = self._counts.held(read_state(), before.poses[:, 2])
+            held = operator.count_held()
             if not held:
                 failure = NOTHING_HELD
             elif held > missing:
                 failure = f"{held} held where {missing} were missing: dropped back"
                 done += run_primitives((Release(RELEASE_TIME, "drop_back"),), False)
             else:
-                delivery = Carry(self._delivery, CARRY_SPEED, 1.0, "deliver"), Release(RELEASE_TIME)
-                done += run_primitives(delivery, False)
+                delivery = Carry(self._delivery, CARRY_SPEED, 1.0, "deliver"), *operator.weigh("over_crate")
+                done += run_primitives((*delivery, Release(RELEASE_TIME), *operator.weigh("released")), False)
         if done[-1].status == "failed":
             failure = f"{done[-1].name}: {done[-1].trigger}"
             done += run_primitives((Carry(plan.start, CARRY_SPEED, 0.0, "retreat"),), True)
-        return done, held, failure
+        return done, held, true_held, failure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -31,6 +32,9 @@ class EpisodeResult:
         fallback_ticks: Number of ticks in which the solver failed and the arm was only held.
         packing_density: Packing density of the pile in its frame [-]; 0 without objects.
         attempts: Attempts of an order; empty for other programs.
+        carried: Counts of the objects that came into the hand, as `analysis.carried.count_carried` returns them; empty
+            if the backend is not the attempt's simulation.
+        notes: Sentences on what the result rests on, such as parts that are too heavy for the hand.
         recording: Recording; None if none was requested.
     """
 
@@ -48,6 +52,8 @@ class EpisodeResult:
     fallback_ticks: int
     packing_density: float
     attempts: tuple[PickAttempt, ...] = ()
+    carried: Mapping[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
     recording: Recording | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
@@ -56,8 +62,12 @@ class EpisodeResult:
         return f"EpisodeResult({self.scenario!r}, seed={self.seed}, {verdict!r}, sim_time={self.sim_time:.1f} s)"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain JSON values, as `pilegrasp run --json` prints them."""
-        median, p99 = 1e6 * np.percentile(self.tick_times, [50.0, 99.0])
+        """Return plain JSON values, as `pilegrasp run --json` prints them.
+
+        The times of a tick are None if the attempt failed before its first one.
+        """
+        ticked = len(self.tick_times) > 0
+        median, p99 = (1e6 * np.percentile(self.tick_times, [50.0, 99.0])).tolist() if ticked else (None, None)
         return {
             "scenario": self.scenario,
             "seed": self.seed,
@@ -73,9 +83,11 @@ class EpisodeResult:
             "realtime_factor": self.sim_time / self.wall_time,
             "controller": {
                 "ticks": len(self.tick_times),
-                "median_us": float(median),
-                "p99_us": float(p99),
+                "median_us": median,
+                "p99_us": p99,
                 "limited": self.limited_ticks,
                 "fallbacks": self.fallback_ticks,
             },
+            **({"carried": dict(self.carried)} if self.carried else {}),
+            **({"notes": list(self.notes)} if self.notes else {}),
         }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import daqp
 import numpy as np
-from numpy.typing import NDArray
 
 from ..types import Array
 from .program import QuadraticProgram
@@ -14,26 +13,17 @@ _TOLERANCE = 1e-9
 
 
 class DaqpSolver:
-    """Solves each program from scratch.
-
-    At this size a warm start gains nothing. Without it, answers do not depend on history.
-
-    Attributes:
-        name: "daqp".
-    """
+    """Solves each program from scratch, so that answers do not depend on history; a warm start would gain nothing."""
 
     name = "daqp"
+    reads_only = True
 
-    def __init__(self) -> None:
-        """Start without an array of constraint types; `solve` makes one for each size of program."""
-        self._constraint_types: dict[int, NDArray[np.int32]] = {}
+    def __repr__(self) -> str:
+        return "DaqpSolver()"
 
-    def solve(self, problem: QuadraticProgram) -> Array | None:
+    def solve(self, program: QuadraticProgram) -> Array | None:
         """Return x (n,), or None if DAQP finds none."""
-        H, f, G, lower, upper = problem
-        rows = len(lower)
-        constraint_types = self._constraint_types.get(rows)
-        if constraint_types is None:
-            constraint_types = self._constraint_types[rows] = np.zeros(rows, dtype=np.int32)
+        H, f, G, lower, upper = program
+        constraint_types = np.zeros(len(lower), dtype=np.int32)
         x, _, flag, _ = daqp.solve(H, f, G, upper, lower, constraint_types, primal_tol=_TOLERANCE)
         return x if flag > 0 else None

@@ -7,12 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.algebra import multiply_transposed
+from ..kernels.least_distance import invert_factor, transform
+from ..kernels.working_set import nearest_point
 from ..types import Array
 from .program import QuadraticProgram
-from .working_set import WorkingSet
-
-_ROUND_OFF = 1e-11
-"""Largest excess of a bound that counts as met, relative to the largest entry of y; chosen."""
 
 _MIN_MULTIPLIER = 1e-9
 """Multiplier relative to the largest, below which its bound is taken as inactive; chosen."""
@@ -46,28 +45,29 @@ class LeastDistanceProgram(NamedTuple):
     length: Array
 
     @classmethod
-    def from_problem(cls, problem: QuadraticProgram) -> LeastDistanceProgram | None:
+    def from_program(cls, program: QuadraticProgram) -> LeastDistanceProgram | None:
         """Return the program in y; None if it is not finite, H is not positive definite, or a row is infeasible."""
-        H, f, G, lower, upper = problem
+        H, f, G, lower, upper = program
         if not all(np.isfinite(array).all() for array in (H, f, G)) or not (lower <= upper).all():
             return None
-        try:
-            inverse = np.linalg.inv(np.linalg.cholesky(H))
-        except np.linalg.LinAlgError:
+        n, k = len(f), len(lower)
+        inverse, goal, rows, length = np.empty((n, n)), np.empty(n), np.empty((k, n)), np.empty(k)
+        if not invert_factor(H, inverse):
             return None
-        rows = np.vstack((inverse.T, G @ inverse.T))
-        length = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+        transform(f, G, inverse, goal, rows, length)
         empty = length == 0.0
         if (lower[empty] > 0.0).any() or (upper[empty] < 0.0).any():
             return None
         place = np.flatnonzero((np.isfinite(lower) | np.isfinite(upper)) & ~empty)
         length = length[place]
         scaled = rows[place] / length[:, None]
-        return cls(-inverse @ f, scaled, lower[place] / length, upper[place] / length, inverse, place, length)
+        return cls(goal, scaled, lower[place] / length, upper[place] / length, inverse, place, length)
 
     def x(self, y: Array) -> Array:
         """Return the program's own variables (n,) at y."""
-        return self.inverse.T @ y
+        x = np.empty(len(y))
+        multiply_transposed(self.inverse, y, x)
+        return x
 
     def nearest(self, multipliers: Array) -> Array | None:
         """Return the optimal y (n,), or None if no y is within the bounds.
@@ -75,21 +75,7 @@ class LeastDistanceProgram(NamedTuple):
         Args:
             multipliers: (k,) Guessed multipliers, positive at active lower bounds and negative at active upper ones.
         """
-        if not len(multipliers):
-            return self.goal
-        guess = np.where(np.abs(multipliers) > _MIN_MULTIPLIER * np.abs(multipliers).max(), np.sign(multipliers), 0.0)
-        active = WorkingSet(self.goal, self.rows, self.lower, self.upper, guess)
-        # The method needs about as many steps as there are rows; only round-off could cause more.
-        for _ in range(10 * len(self.rows)):
-            values = self.rows @ active.y
-            excess = np.maximum(self.lower - values, values - self.upper)
-            excess[active.index] = 0.0
-            row = int(excess.argmax())
-            if excess[row] > _ROUND_OFF * (1.0 + np.abs(active.y).max()):
-                if not active.add(row, 1.0 if values[row] < self.lower[row] else -1.0, float(excess[row])):
-                    return None
-            elif active.settled:
-                return active.y
-            else:
-                active.settle()
-        return None
+        largest = np.abs(multipliers).max(initial=0.0)
+        guess = np.where(np.abs(multipliers) > _MIN_MULTIPLIER * largest, multipliers, 0.0)
+        y = np.empty(len(self.goal))
+        return y if nearest_point(self.goal, self.rows, self.lower, self.upper, guess, y) >= 0 else None

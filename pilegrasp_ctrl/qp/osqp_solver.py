@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 import osqp
 from scipy import sparse
@@ -27,6 +29,13 @@ _SETTINGS = {
 """Settings of OSQP; chosen."""
 
 
+class _Workspaces(threading.local):
+    """The workspaces of one thread, by the shape of the rows."""
+
+    def __init__(self) -> None:
+        self.by_shape: dict[tuple[int, ...], osqp.OSQP] = {}
+
+
 class OsqpSolver:
     """Keeps one workspace for each size of program, and completes the method's answer.
 
@@ -36,19 +45,25 @@ class OsqpSolver:
     not. Its multipliers are the guess of the active bounds from which `LeastDistanceProgram.nearest` finds the
     exact optimum.
 
-    Attributes:
-        name: "osqp".
+    A workspace never changes an answer. Each thread has its own ones, and copies and pickles begin without any.
     """
 
     name = "osqp"
+    reads_only = True
 
     def __init__(self) -> None:
         """Start without a workspace; `solve` makes one for each size of program."""
-        self._workspaces: dict[tuple[int, ...], osqp.OSQP] = {}
+        self._kept = _Workspaces()
 
-    def solve(self, problem: QuadraticProgram) -> Array | None:
+    def __repr__(self) -> str:
+        return "OsqpSolver()"
+
+    def __reduce__(self) -> tuple[type[OsqpSolver], tuple[()]]:
+        return type(self), ()
+
+    def solve(self, program: QuadraticProgram) -> Array | None:
         """Return x (n,), or None if there is none."""
-        distance = LeastDistanceProgram.from_problem(problem)
+        distance = LeastDistanceProgram.from_program(program)
         if distance is None:
             return None
         y = distance.nearest(self._multipliers(distance))
@@ -65,9 +80,10 @@ class OsqpSolver:
             "l": np.maximum(distance.lower / unit, -_INFINITY),
             "u": np.minimum(distance.upper / unit, _INFINITY),
         }
-        workspace = self._workspaces.get(rows.shape)
+        workspaces = self._kept.by_shape
+        workspace = workspaces.get(rows.shape)
         if workspace is None:
-            workspace = self._workspaces[rows.shape] = _workspace(rows, data)
+            workspace = workspaces[rows.shape] = _workspace(rows, data)
         else:
             workspace.update(Ax=rows.T.ravel(), **data)
         # Each program starts from the same point, so an answer does not depend on earlier ones.

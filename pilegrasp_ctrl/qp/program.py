@@ -1,17 +1,18 @@
-"""The quadratic program of one control period, the check of its solution, and the solvers by name."""
+"""The quadratic program of one control period, and the check of its solution."""
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..exceptions import ConfigurationError, SolverError
+from ..exceptions import ArgumentError, SolverError, environment_fault
+from ..kernels.program import write_slack
 from ..types import Array
-
-SOLVERS = ("daqp", "osqp", "proxqp", "quadprog")
-"""Names of the solvers; the last two need optional packages."""
+from .solvers import Solver as Solver
+from .solvers import described, solver_name
+from .solvers import make_solver as make_solver
 
 FEASIBILITY = 1e-5
 """Largest violation of a bound by an answer that still counts as a solution [rad/s², N·m]; chosen."""
@@ -25,7 +26,7 @@ end of the limits' horizon, less than their margin. A cost of 100 drives a joint
 
 
 class QuadraticProgram(NamedTuple):
-    """Minimise ½ xᵀ H x + fᵀ x under two-sided bounds on x and on G x.
+    """Minimise ½ xᵀ H x + fᵀ x under two-sided bounds on the n + m rows x and G x.
 
     Attributes:
         H: (n, n) Symmetric positive definite matrix of the cost.
@@ -41,95 +42,152 @@ class QuadraticProgram(NamedTuple):
     lower: Array
     upper: Array
 
-    def softened(self) -> QuadraticProgram:
-        """Return the program in (x, s) whose bounds on x may be exceeded by s at the cost `½ SOFT_WEIGHT |s|²`.
+    def softened(self, soft: NDArray[np.bool_] | None = None, weight: float = SOFT_WEIGHT) -> QuadraticProgram:
+        """Return the program in (x, s) whose soft bounds may be exceeded by s (k,) at the cost `½ weight |s|²`.
 
-        The bounds on G x stay as they are.
+        The k rows that are soft and have a finite bound get an entry of s each, in their order. All rows of this
+        program become the last n + m rows of the new one: `lower <= r + s <= upper` for a soft row r, `lower <= r <=
+        upper` for a hard one. There are no bounds on (x, s) itself.
+
+        Args:
+            soft: (n + m,) Whether each row is soft; the bounds on x if absent.
+            weight: Cost of exceeding a soft bound.
+
+        Raises:
+            ArgumentError: `soft` has another shape, or `weight` is not a positive number.
         """
-        n, m = len(self.f), len(self.G)
-        identity, zero = np.eye(n), np.zeros((n, n))
-        H = np.block([[self.H, zero], [zero, SOFT_WEIGHT * identity]])
-        G = np.block([[identity, identity], [self.G, np.zeros((m, n))]])
-        free = np.full(2 * n, np.inf)
-        lower, upper = np.concatenate((-free, self.lower)), np.concatenate((free, self.upper))
-        return QuadraticProgram(H, np.concatenate((self.f, np.zeros(n))), G, lower, upper)
-
-
-class Solver(Protocol):
-    """A solver that proposes a solution; the function `solve` checks it.
-
-    Attributes:
-        name: Name of the solver, for error messages.
-    """
-
-    name: str
-
-    def solve(self, problem: QuadraticProgram) -> Array | None:
-        """Return x (n,), or None if the solver found none."""
+        n, rows = len(self.f), len(self.lower)
+        soft = _checked_softening(self, soft, weight)
+        slackened = np.flatnonzero(soft & (np.isfinite(self.lower) | np.isfinite(self.upper)))
+        size = n + len(slackened)
+        H, G, f = np.zeros((size, size)), np.zeros((rows, size)), np.zeros(size)
+        H[:n, :n], H[range(n, size), range(n, size)] = self.H, weight
+        G[range(n), range(n)], G[n:, :n] = 1.0, self.G
+        G[slackened, range(n, size)] = 1.0
+        f[:n] = self.f
+        free = np.full(size, np.inf)
+        return QuadraticProgram(H, f, G, np.concatenate((-free, self.lower)), np.concatenate((free, self.upper)))
 
 
 class Solution(NamedTuple):
-    """A solution whose residuals were computed from the problem.
+    """A solution whose residuals were computed from the program.
 
     Attributes:
         x: (n,) Solution.
         slack: (2, n + m) Distances to the lower and to the upper bounds; negative for an exceeded bound.
         margin: Smallest of these distances.
-        relaxed: Whether the bounds on x had to be softened.
+        relaxed: Whether the soft bounds had to be relaxed.
+        soft: (n + m,) Whether each row is soft; None if only the bounds on x are.
+        soft_weight: Cost of exceeding a soft bound.
     """
 
     x: Array
     slack: Array
     margin: float
     relaxed: bool
+    soft: NDArray[np.bool_] | None = None
+    soft_weight: float = SOFT_WEIGHT
 
 
-def solve(problem: QuadraticProgram, solver: Solver) -> Solution:
-    """Return the solution with hard bounds or, if the bounds on x contradict those on G x, with soft bounds on x.
+def solve(
+    program: QuadraticProgram,
+    solver: Solver,
+    soft: NDArray[np.bool_] | None = None,
+    soft_weight: float = SOFT_WEIGHT,
+) -> Solution:
+    """Return the solution within all bounds or, if there is none, the one within the hard bounds.
 
-    The solver's status is not used: the bounds are evaluated at its answer.
+    The second one exceeds the soft bounds by the least amount in least squares, see `QuadraticProgram.softened`. The
+    solver's status is not used: the bounds are evaluated at its answer.
 
-    Raises:
-        SolverError: The problem has a value that is not finite, or no answer satisfies the bounds on G x.
-    """
-    n = len(problem.f)
-    for relaxed in (False, True):
-        if relaxed:
-            _check_finite(problem)
-        x = solver.solve(problem.softened() if relaxed else problem)
-        if x is None:
-            continue
-        x = x[:n]
-        values = np.empty(len(problem.lower))
-        values[:n] = x
-        values[n:] = problem.G.dot(x)
-        slack = np.empty((2, len(values)))
-        np.subtract(values, problem.lower, out=slack[0])
-        np.subtract(problem.upper, values, out=slack[1])
-        # argmin costs a fifth of min. It finds a NaN first, which fails the comparison.
-        margin = slack.item(slack.argmin())
-        if (float(slack[:, n:].min()) if relaxed else margin) >= -FEASIBILITY:
-            return Solution(x, slack, margin, relaxed)
-    raise SolverError(f"{solver.name} found no accelerations within the torque limits")
-
-
-def make_solver(name: str) -> Solver:
-    """Return the solver `name`, one of `SOLVERS`.
+    Args:
+        program: Program to solve.
+        solver: Solver to use, such as `make_solver("daqp")`.
+        soft: (n + m,) Whether each row is soft; the bounds on x if absent.
+        soft_weight: Cost of exceeding a soft bound.
 
     Raises:
-        ConfigurationError: The solver is unknown, or its package is not installed.
+        SolverError: The program has a value that is not finite, no answer satisfies the hard bounds, or the solver
+            raised an error or returned something else than an answer.
+        ArgumentError: The arrays of the program do not fit together, or `soft` or `soft_weight` cannot be used.
     """
-    if name not in SOLVERS:
-        raise ConfigurationError(f"no solver {name!r}; the solvers are {', '.join(SOLVERS)}")
-    # Each package takes 0.1 to 0.5 s to load, and two of them are optional.
-    module = import_module(f".{name}_solver", __package__)
-    solver: Solver = getattr(module, f"{name.capitalize()}Solver")()
-    return solver
+    _check_shapes(program)
+    if soft is not None or soft_weight != SOFT_WEIGHT:
+        soft = _checked_softening(program, soft, soft_weight)
+    n = len(program.f)
+    x, reason = _answer(solver, program)
+    if x is not None:
+        slack = np.empty((2, len(program.lower)))
+        margin = write_slack(x, program.G, program.lower, program.upper, slack)
+        if margin >= -FEASIBILITY:
+            return Solution(x, slack, margin, False, soft, soft_weight)
+    _check_values(program)
+    x, reason = _answer(solver, program.softened(soft, soft_weight))
+    if x is not None:
+        x, slack = x[:n].copy(), np.empty((2, len(program.lower)))
+        margin = write_slack(x, program.G, program.lower, program.upper, slack)
+        hard = slack[:, n:] if soft is None else slack[:, ~soft]
+        if hard.min(initial=np.inf) >= -FEASIBILITY and np.isfinite(x).all():
+            return Solution(x, slack, margin, True, soft, soft_weight)
+    raise SolverError(reason or f"{solver_name(solver)} found no accelerations within the hard limits")
 
 
-def _check_finite(problem: QuadraticProgram) -> None:
-    for name, array in (("H", problem.H), ("f", problem.f), ("G", problem.G)):
+def _answer(solver: Solver, program: QuadraticProgram) -> tuple[Array | None, str]:
+    """Return the answer (n,) of a solver, or None and the reason if that is a fault of the solver.
+
+    What the environment refuses a solver is no answer to a program, so another program is not tried.
+
+    A solver may overwrite what it is given and return the same array again, so it gets copies and is copied from. The
+    library's own solvers do neither.
+
+    Raises:
+        SolverError: The environment has refused the solver something, such as memory.
+    """
+    reads_only = getattr(solver, "reads_only", False)
+    try:
+        x = solver.solve(program if reads_only else QuadraticProgram(*(array.copy() for array in program)))
+    except Exception as error:
+        reason = f"{solver_name(solver)} raised {described(error)}"
+        if environment_fault(error):
+            raise SolverError(reason) from error
+        return None, reason
+    if x is None or (reads_only and isinstance(x, np.ndarray) and x.dtype == float and x.shape == program.f.shape):
+        return x, ""
+    expected = f"it must return an array of shape ({len(program.f)},) or None"
+    if not isinstance(x, np.ndarray):
+        return None, f"{solver_name(solver)} returned a {type(x).__name__}; {expected}"
+    if x.dtype.kind not in "fiu":
+        return None, f"{solver_name(solver)} returned an array of {x.dtype}; {expected}"
+    if x.shape != program.f.shape:
+        return None, f"{solver_name(solver)} returned an array of shape {x.shape}; {expected}"
+    return np.array(x, dtype=float), ""
+
+
+def _checked_softening(program: QuadraticProgram, soft: NDArray[np.bool_] | None, weight: float) -> NDArray[np.bool_]:
+    """Return which rows are soft (n + m,); refuse a mask that does not fit and a weight that is not positive."""
+    rows = len(program.lower)
+    if not 0.0 < weight < np.inf:
+        raise ArgumentError(f"soft_weight = {weight} must be a positive number")
+    if soft is None:
+        return np.arange(rows) < len(program.f)
+    if np.shape(soft) != (rows,) or np.asarray(soft).dtype != bool:
+        raise ArgumentError(f"soft must be {rows} booleans, one for each row; it has the shape {np.shape(soft)}")
+    return np.asarray(soft)
+
+
+def _check_shapes(program: QuadraticProgram) -> None:
+    H, f, G, lower, upper = program
+    n, m = len(f), len(G)
+    if H.shape != (n, n) or G.shape != (m, n) or len(lower) != n + m or len(upper) != n + m:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in program._asdict().items())
+        raise ArgumentError(f"the quadratic program's arrays do not fit together: {shapes}")
+
+
+def _check_values(program: QuadraticProgram) -> None:
+    for name, array in (("H", program.H), ("f", program.f), ("G", program.G)):
         if not np.isfinite(array).all():
             raise SolverError(f"the quadratic program's {name} holds a value that is not finite")
-    if np.isnan(problem.lower).any() or np.isnan(problem.upper).any():
-        raise SolverError("the quadratic program's bounds hold a NaN")
+    if not (program.lower < np.inf).all() or not (program.upper > -np.inf).all():
+        raise SolverError("the quadratic program's bounds hold a NaN or an infinity that no value can meet")
+    if (crossed := program.lower > program.upper).any():
+        raise SolverError(f"row {crossed.argmax()} of the quadratic program has a lower bound above its upper bound")

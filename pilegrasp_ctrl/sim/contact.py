@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal
 
@@ -24,14 +24,21 @@ SUPPORT_RANK = 0
 Rule = Literal["paper", "product", "maximum"]
 """Name of the rule that combines the coefficients of two bodies; `combine` explains the three rules."""
 
-NATURAL_FREQUENCY = 300.0
-"""Natural frequency of a contact [rad/s], chosen. A bounce then lasts pi / 300 = 10 ms. The contact needs these
-ten steps of 1 ms to reproduce the requested restitution."""
+CONTACT_STEPS = 5
+"""Least number of physics steps in a bounce [-]. With fewer a contact gives back more energy than was asked, or more
+than came in; with five the restitution is met within 0.03 (`pilegrasp doctor --physics`)."""
+
+FLAT_STEPS = math.pi / 0.3
+"""Least number of physics steps in the bounce of a point of a body with flat faces [-], 10.5. A face touches at four
+points, whose springs add, so it bounces within half the time: five steps."""
 
 OBJECT_IMPEDANCE = 0.8
-"""d in MuJoCo's solimp [-], chosen. It is constant, so that the damping ratio alone sets the restitution. It is low
-enough that a resting ball sags by 20 um into its contact. At 0.99 the ball sags by 1 um, leaves the contact in every
-step, and never rests."""
+"""Largest d in MuJoCo's solimp [-], chosen. It is constant in a contact, so that the damping ratio alone sets the
+restitution; see `REST_SAG`."""
+
+REST_SAG = 1.25
+"""Least sag of a resting object into its contact, over the way by which gravity moves it in one step from rest [-];
+chosen. What sags by less leaves its contact in every step and never rests. A lower d lets it sag by more."""
 
 HAND_IMPEDANCE = 0.96
 """d for contacts of the end-effector [-], chosen. The stiffness of a contact grows with the mass of its lighter
@@ -63,6 +70,8 @@ class Surface:
         rolling: Rolling friction [m], the torque about the tangent per newton of normal force.
         restitution: Ratio of separation speed to approach speed [-].
         rank: `END_EFFECTOR_RANK`, `OBJECT_RANK` or `SUPPORT_RANK`; the "paper" rule takes the higher rank.
+        contact_time: Duration of a bounce on something hard [s]; 0 for what is hard itself, such as wood.
+        flat: Whether the body has flat faces, which touch at several points at once.
     """
 
     lateral: float
@@ -70,6 +79,8 @@ class Surface:
     rolling: float
     restitution: float
     rank: int
+    contact_time: float = 0.0
+    flat: bool = False
 
     def __post_init__(self) -> None:
         if min(self.lateral, self.spinning, self.rolling) < 0.0 or not 0.0 <= self.restitution <= 1.0:
@@ -134,7 +145,7 @@ def damping_ratio_for(restitution: float, step: float) -> float:
     """Return the damping ratio whose `restitution_of` is `restitution`.
 
     The ratio never exceeds critical damping, nor the ratio that would reverse the velocity within one step. This limits
-    the restitution from below (0.11 at the shipped step); for a smaller one, the ratio at the limit is returned.
+    the restitution from below (0.2 at five steps a bounce); for a smaller one, the ratio at the limit is returned.
 
     Raises:
         ArgumentError: The restitution lies outside [0, 1].
@@ -160,10 +171,10 @@ def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
       body is multiplied by the sliding friction of the other.
     - `maximum` is MuJoCo's rule.
 
-    An end-effector on a support never bounces: the touch-down is slower than the 0.2 m/s below which Bullet ignores
-    restitution.
+    The softer body decides how long the contact lasts. An end-effector on a support never bounces: the touch-down is
+    slower than the 0.2 m/s below which Bullet ignores restitution.
     """
-    rank = max(a.rank, b.rank)
+    rank, time, flat = max(a.rank, b.rank), max(a.contact_time, b.contact_time), a.flat or b.flat
     if rule == "product":
         combined = Surface(
             a.lateral * b.lateral,
@@ -171,6 +182,8 @@ def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
             a.rolling * b.lateral + b.rolling * a.lateral,
             a.restitution * b.restitution,
             rank,
+            time,
+            flat,
         )
     elif rule == "maximum" or a.rank == b.rank:
         combined = Surface(
@@ -179,12 +192,28 @@ def combine(a: Surface, b: Surface, rule: Rule) -> Surface:
             max(a.rolling, b.rolling),
             max(a.restitution, b.restitution),
             rank,
+            time,
+            flat,
         )
     else:
-        combined = a if a.rank > b.rank else b
+        combined = replace(a if a.rank > b.rank else b, contact_time=time, flat=flat)
     if {a.rank, b.rank} == {SUPPORT_RANK, END_EFFECTOR_RANK}:
-        return Surface(combined.lateral, combined.spinning, combined.rolling, 0.0, rank)
+        return replace(combined, restitution=0.0)
     return combined
+
+
+def natural_frequency(surface: Surface, timestep: float) -> float:
+    """Return the natural frequency of a contact [rad/s], whose bounce lasts half a period, at a physics step [s].
+
+    A contact of something hard lasts as short as the steps allow.
+    """
+    steps = FLAT_STEPS if surface.flat else CONTACT_STEPS
+    return math.pi / max(surface.contact_time, steps * timestep)
+
+
+def largest_timestep(*surfaces: Surface) -> float:
+    """Return the largest physics step that leaves `CONTACT_STEPS` in every stated contact time [s]; may be infinity."""
+    return min((each.contact_time for each in surfaces if each.contact_time > 0.0), default=math.inf) / CONTACT_STEPS
 
 
 @lru_cache(maxsize=256)
@@ -193,15 +222,18 @@ def pair_parameters(surface: Surface, timestep: float, slope: bool = False) -> P
 
     With `slope`, friction among objects and supports holds a load at rest; see `SLIP_STEPS`.
     """
-    damping_ratio = damping_ratio_for(surface.restitution, NATURAL_FREQUENCY * timestep)
-    impedance = HAND_IMPEDANCE if surface.rank == END_EFFECTOR_RANK else OBJECT_IMPEDANCE
+    frequency = natural_frequency(surface, timestep)
+    step = frequency * timestep
+    resting = min(OBJECT_IMPEDANCE, 1.0 - REST_SAG * step * step)
+    impedance = HAND_IMPEDANCE if surface.rank == END_EFFECTOR_RANK else resting
+    damping_ratio = damping_ratio_for(surface.restitution, step)
     first = RESTING_IMPEDANCE if surface.restitution == 0.0 else impedance
     holds = slope and surface.rank < END_EFFECTOR_RANK
     return PairParameters(
         friction=(surface.lateral, surface.lateral, surface.spinning, surface.rolling, surface.rolling),
-        solref=(-(NATURAL_FREQUENCY**2), -2.0 * damping_ratio * NATURAL_FREQUENCY),
+        solref=(-(frequency**2), -2.0 * damping_ratio * frequency),
         solimp=(first, impedance, IMPEDANCE_WIDTH, 0.5, 2.0),
-        solreffriction=(-(NATURAL_FREQUENCY**2), -1.0 / (SLIP_STEPS * timestep)) if holds else (0.0, 0.0),
+        solreffriction=(-(frequency**2), -1.0 / (SLIP_STEPS * timestep)) if holds else (0.0, 0.0),
     )
 
 

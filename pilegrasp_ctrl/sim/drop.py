@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 
 import mujoco
 import numpy as np
 
 from ..exceptions import PileError
-from ..planning.layout import BASE_RADIUS, Layout
+from ..planning.layout import Layout
 from ..types import Array
+from ..vectors import norm
 from .contact import SUPPORT, Rule, add_pair
 from .objects import Objects
 from .scene import add_objects, add_support, contact_parameters, new_spec
@@ -21,22 +23,27 @@ PANEL_HALF_THICKNESS = 0.02
 """Half thickness of the frame's panels [m], chosen."""
 
 PEDESTAL_HALF_HEIGHT = 0.1
-"""Half height of the cylinder in place of the arm's base [m], chosen; its radius is `BASE_RADIUS`."""
+"""Half height of the cylinder in place of the arm's base [m], chosen; its radius is the base's."""
 
 SPACINGS = (2.08, 2.02)
 """Spacings of the grid from which objects drop, over their bounding radius [-], chosen. The second is used if the
 objects do not fit with the first."""
 
 
-def pile_model(objects: Objects, count: int, layout: Layout, rule: Rule, timestep: float) -> mujoco.MjModel:
-    """Return the compiled frame, supports and objects. Only the frame is a mocap body, and only objects have joints."""
+def pile_model(
+    objects: Objects, count: int, layout: Layout, rule: Rule, timestep: float, mutual: bool = True
+) -> mujoco.MjModel:
+    """Return the compiled frame, supports and objects, which touch one another if they are `mutual`.
+
+    Only the frame is a mocap body, and only objects have joints.
+    """
     spec = new_spec(timestep)
     supports = add_support(spec, layout)
-    panels = [*_add_frame(spec, layout), _add_pedestal(spec)]
-    names = add_objects(spec, objects, count, supports, rule)
+    panels = [*_add_frame(spec, layout), _add_pedestal(spec, layout.room.base_radius)]
+    names = add_objects(spec, objects, count, supports, rule, mutual)
     for name, each in zip(names, objects.assign_models(count), strict=True):
-        for panel in panels:
-            add_pair(spec, name, panel, contact_parameters(spec, each.surface, SUPPORT, rule))
+        for geom, panel in product(each.geom_names(name), panels):
+            add_pair(spec, geom, panel, contact_parameters(spec, each.surface, SUPPORT, rule))
     return spec.compile()
 
 
@@ -91,8 +98,7 @@ def _grid_poses(radius: float, count: int, layout: Layout, rng: np.random.Genera
             poses[index, :2] = layout.frame_center + np.array([cosine * x - sine * y, sine * x + cosine * y])
             poses[index, 2] = (layer + 0.5) * cell
             quaternion = rng.normal(size=4)
-            # Summed in order, because BLAS, behind numpy's norm, rounds differently on different processors.
-            poses[index, 3:] = quaternion / math.sqrt(sum(part * part for part in quaternion.tolist()))
+            poses[index, 3:] = quaternion / norm(quaternion)
     return poses
 
 
@@ -121,13 +127,13 @@ def _add_frame(spec: mujoco.MjSpec, layout: Layout) -> list[str]:
     return list(panels)
 
 
-def _add_pedestal(spec: mujoco.MjSpec) -> str:
+def _add_pedestal(spec: mujoco.MjSpec, radius: float) -> str:
     """Add a cylinder in place of the arm's base, so that no object comes to rest there; return its name."""
     spec.worldbody.add_geom(
         name="pedestal",
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         pos=[0.0, 0.0, PEDESTAL_HALF_HEIGHT],
-        size=[BASE_RADIUS, PEDESTAL_HALF_HEIGHT, 0.0],
+        size=[radius, PEDESTAL_HALF_HEIGHT, 0.0],
         contype=0,
         conaffinity=0,
     )

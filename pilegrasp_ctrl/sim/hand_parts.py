@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..types import Array
+from ..vectors import inner, norm
 
 DARK = (0.16, 0.17, 0.19, 1.0)
 """Colour of sensor and bracket (rgba)."""
@@ -29,9 +30,9 @@ def finger_directions(angle_deg: float) -> tuple[Array, Array]:
 
 def frame_quaternion(x_axis: ArrayLike, z_hint: ArrayLike) -> Array:
     """Return the quaternion (wxyz) of the frame with the given x axis and the z axis nearest to `z_hint`."""
-    x = np.asarray(x_axis, dtype=float) / np.linalg.norm(x_axis)
-    z = np.asarray(z_hint, dtype=float) - np.dot(z_hint, x) * x
-    z /= np.linalg.norm(z)
+    x = np.asarray(x_axis, dtype=float) / norm(x_axis)
+    z = np.asarray(z_hint, dtype=float) - inner(z_hint, x) * x
+    z /= norm(z)
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, np.column_stack([x, np.cross(z, x), z]).ravel())
     return quaternion

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +12,7 @@ import mujoco
 import numpy as np
 
 from ..exceptions import ConfigurationError
+from ..files import MAX_MESH_SIZE, check_file
 
 MAX_VERTICES = 200
 """Largest number of vertices of a hull [-], chosen; the time of a collision grows with their number."""
@@ -18,6 +22,17 @@ FORMATS = (".stl", ".obj")
 
 Triple = tuple[float, float, float]
 _CONVEX = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+
+
+def half_extents(vertices: Sequence[Triple]) -> Triple:
+    """Return the half widths of points (n, 3) along their axes [m]."""
+    x, y, z = (0.5 * np.ptp(np.array(vertices), axis=0)).tolist()
+    return x, y, z
+
+
+def bounding_radius(vertices: Sequence[Triple]) -> float:
+    """Return the largest distance of points (n, 3) from the origin [m]."""
+    return float(np.linalg.norm(vertices, axis=1).max())
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +60,9 @@ class Hull:
         """
         if file.suffix.lower() not in FORMATS:
             raise ConfigurationError(f"{file}: a mesh must be one of {', '.join(FORMATS)}")
-        if not file.is_file():
+        if not os.path.exists(file):
             raise ConfigurationError(f"{file}: no such mesh; its path is relative to the object's file")
+        check_file(file, MAX_MESH_SIZE, "of a mesh")
         spec = mujoco.MjSpec()
         spec.add_mesh(
             name="mesh", file=str(file.resolve()), scale=[factor] * 3, maxhullvert=MAX_VERTICES, inertia=_CONVEX
@@ -81,18 +97,17 @@ class Hull:
         """Return the hull with its lengths multiplied."""
         vertices = tuple((factor * x, factor * y, factor * z) for x, y, z in self.vertices)
         a, b, c = (factor**2 * moment for moment in self.moments)
-        return Hull(vertices, self.faces, factor**3 * self.volume, (a, b, c))
+        return Hull(vertices, self.faces, math.pow(factor, 3) * self.volume, (a, b, c))
 
     @property
     def half_extents(self) -> Triple:
         """Half widths along the principal axes [m]."""
-        x, y, z = (0.5 * np.ptp(np.array(self.vertices), axis=0)).tolist()
-        return x, y, z
+        return half_extents(self.vertices)
 
     @property
     def bounding_radius(self) -> float:
         """Radius of the enclosing sphere about the centre of mass [m]."""
-        return float(np.linalg.norm(self.vertices, axis=1).max())
+        return bounding_radius(self.vertices)
 
     def add_to(self, spec: mujoco.MjSpec, name: str) -> None:
         """Add the hull to `spec` as a mesh, unless it is already there."""

@@ -7,18 +7,44 @@ import tempfile
 from collections import deque
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Literal, get_args
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from ..exceptions import SimulationError
-from ..planning.walls import Wall
+from ..kernels.algebra import length_square
+from ..planning.walls import RIM_HEIGHT, Wall
 from ..types import Array
 from .scene import Scene
 
-MAX_PENETRATION = 0.012
-"""Penetration above which the simulation is stopped [m]; chosen. The deepest valid contact has 10 mm: two limes of a
-bag that is released over the order's crate meet at 3.1 m/s when the lower one rebounds from the floor."""
+Kind = Literal["object", "hand", "support"]
+"""What a geom belongs to; the arm counts as support."""
+
+KINDS: tuple[Kind, ...] = get_args(Kind)
+"""The kinds, in the order of their numbers."""
+
+MAX_DROP_PENETRATION = 0.012
+"""Penetration above which a simulation is stopped while objects fall [m]; chosen. Two cylinders that are released over
+the order's crate and meet at 3.1 m/s, when the lower one rebounds from the floor, overlap by 10 mm; limes by 4 mm."""
+
+DROP_SPEED = 1.0
+"""Speed of an object above which it falls [m/s]; chosen above the fastest push, 0.7 m/s. A fall of 51 mm reaches it."""
+
+DROP_TIME = 0.1
+"""Time for which a fall counts after an object was that fast [s]; chosen longer than its contact."""
+
+MAX_PENETRATION: dict[tuple[Kind, Kind], float] = {
+    ("object", "object"): 0.009,
+    ("object", "support"): 0.009,
+    ("hand", "object"): 0.009,
+    ("hand", "support"): 0.009,
+    ("hand", "hand"): 0.012,
+}
+"""Penetration of each kind of pair above which a simulation is stopped [m]; chosen. 9 mm is 1.5 times 5.9 mm, the
+deepest of valid pushes when contacts lasted 10 ms. Two rubber fingers give way by more. `docs/studies/overlap.py`
+measures the depth of each kind."""
 
 CHECK_INTERVAL = 0.01
 """Time between two checks of contacts [s], chosen; a collision lasts longer."""
@@ -26,8 +52,23 @@ CHECK_INTERVAL = 0.01
 MAX_STATES = 100
 """Number of states that the watchdog keeps [-], chosen: those of the last second."""
 
-RIM_HEIGHT = 0.02
-"""Height of a crate's rim, the uppermost part of its walls, which no hand may touch [m]; chosen."""
+
+def kinds_of(model: mujoco.MjModel) -> NDArray[np.intp]:
+    """Return the index into `KINDS` of each geom (ngeom,): objects are free, and the hand hangs on the wrist sensor."""
+    root = np.full(model.nbody, KINDS.index("support"))
+    for body in range(1, model.nbody):
+        joint, parent = model.body_jntadr[body], model.body_parentid[body]
+        if joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE:
+            root[body] = KINDS.index("object")
+        else:
+            root[body] = KINDS.index("hand") if model.body(body).name == "sensor" else root[parent]
+    return np.asarray(root[model.geom_bodyid], dtype=np.intp)
+
+
+def _translations(model: mujoco.MjModel) -> NDArray[np.intp]:
+    """Return the addresses of the objects' linear velocities in qvel."""
+    free = model.jnt_dofadr[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]
+    return np.asarray((free[:, None] + np.arange(3)).ravel(), dtype=np.intp)
 
 
 class Watchdog:
@@ -39,19 +80,30 @@ class Watchdog:
     def __init__(self, label: str) -> None:
         """Name the file of the last states after `label`."""
         self._label = label
-        self._last_check = 0.0
+        self._limits = np.full((len(KINDS), len(KINDS)), max(MAX_PENETRATION.values()))
+        for (one, other), limit in MAX_PENETRATION.items():
+            self._limits[KINDS.index(one), KINDS.index(other)] = limit
+            self._limits[KINDS.index(other), KINDS.index(one)] = limit
+        self._least_limit = float(self._limits.min())
+        self._last_check, self._last_fall = 0.0, -math.inf
         self._states: deque[tuple[float, Array, Array, Array]] = deque(maxlen=MAX_STATES)
+        self._data: mujoco.MjData | None = None
 
     def check(self, data: mujoco.MjData) -> None:
         """Check the state, and store it every `CHECK_INTERVAL`.
 
         Raises:
-            SimulationError: The state is not finite, or a contact is deeper than `MAX_PENETRATION`; the error names the
-                file with the last states.
+            SimulationError: The state is not finite, or a contact is deeper than `MAX_PENETRATION`, or than
+                `MAX_DROP_PENETRATION` if neither body is the hand's and objects fall; the error names the file with the
+                last states.
         """
-        v, command, time = data.qvel, data.ctrl, data.time
+        if data is not self._data:
+            # Views, because the lookup of an array in MjData costs more than its reading.
+            self._data, self._speeds, self._commands = data, data.qvel, data.ctrl
+            self._kinds, self._falling = kinds_of(data.model), _translations(data.model)
+        time = data.time
         # MuJoCo would replace a command that is not finite by zero and go on.
-        finite = math.isfinite(v.dot(v) + command.dot(command))
+        finite = math.isfinite(length_square(self._speeds) + length_square(self._commands))
         if finite and time - self._last_check < CHECK_INTERVAL - 1e-9:
             return
         self._last_check = time
@@ -59,23 +111,43 @@ class Watchdog:
         self._states.append((data.time, data.qpos.copy(), data.qvel.copy(), data.ctrl.copy()))
         if not finite:
             self._stop(data, "the state is not finite; lower sim.timestep")
-        if data.ncon:
-            deepest = -float(data.contact.dist[: data.ncon].min())
-            if deepest > MAX_PENETRATION:
-                pair = data.contact.geom[int(data.contact.dist[: data.ncon].argmin())]
-                names = " and ".join(data.model.geom(int(geom)).name or f"geom {geom}" for geom in pair)
-                self._stop(data, f"{names} overlap by {1000 * deepest:.1f} mm; lower strategy.speed or sim.timestep")
+        if self._falling.size and float(np.abs(self._speeds[self._falling]).max()) > DROP_SPEED:
+            self._last_fall = time
+        if data.ncon and -float(data.contact.dist.min()) > self._least_limit:
+            self._check_depths(data)
+
+    def _check_depths(self, data: mujoco.MjData) -> None:
+        depth, kinds = -data.contact.dist, self._kinds[data.contact.geom]
+        limits = self._limits[kinds[:, 0], kinds[:, 1]]
+        if data.time - self._last_fall < DROP_TIME:
+            falls = (kinds != KINDS.index("hand")).all(axis=1)
+            limits = np.where(falls, np.maximum(limits, MAX_DROP_PENETRATION), limits)
+        worst = int((depth - limits).argmax())
+        if depth[worst] > limits[worst]:
+            names = " and ".join(data.model.geom(int(g)).name or f"geom {g}" for g in data.contact.geom[worst])
+            self._stop(data, f"{names} overlap by {1e3 * depth[worst]:.1f} mm; lower strategy.speed or sim.timestep")
 
     def _stop(self, data: mujoco.MjData, reason: str) -> None:
         """Write the last states and raise the error."""
-        file = Path(tempfile.gettempdir()) / f"pilegrasp-last-states-{self._label}.npz"
+        raise SimulationError(f"at {data.time:.3f} s {reason}", self._write_states())
+
+    def _write_states(self) -> Path | None:
+        """Return a fresh file with the last states, whose name nobody can guess; None if it cannot be written."""
         times, qpos, qvel, ctrl = zip(*self._states, strict=True)
         try:
-            np.savez_compressed(file, time=times, qpos=qpos, qvel=qvel, ctrl=ctrl)
-            kept = f"the last {len(times)} states are in {file}"
-        except OSError as error:
-            kept = f"the last states could not be written to {file}: {error.strerror}"
-        raise SimulationError(f"at {data.time:.3f} s {reason} ({kept})")
+            number, name = tempfile.mkstemp(".npz", f"pilegrasp-last-states-{self._label}-")
+        except OSError:
+            return None
+        file = Path(name)
+        try:
+            with open(number, "wb") as opened:
+                np.savez_compressed(opened, time=times, qpos=qpos, qvel=qvel, ctrl=ctrl)
+        except BaseException as error:
+            file.unlink(missing_ok=True)
+            if not isinstance(error, OSError):
+                raise
+            return None
+        return file
 
 
 class RimCheck:

@@ -10,7 +10,9 @@ import mujoco
 import numpy as np
 
 from ..types import Array
-from .contact import NATURAL_FREQUENCY
+
+NATURAL_FREQUENCY = 300.0
+"""Natural frequency of a taut loop [rad/s], critically damped; chosen."""
 
 IMPEDANCE = 0.95
 """d in MuJoCo's solimp [-], constant, chosen. Three limes that hang from one stretch the loop by less than 0.1 mm."""
@@ -55,7 +57,9 @@ class Net:
     def object_poses(self, bags: Array, flank_radius: float) -> Array:
         """Return the poses (members n, 7) of all objects, bag by bag, from the poses (n, 7) of upright bags."""
         angles = 2.0 * math.pi * np.arange(self.members) / self.members
-        yaw = 2.0 * np.arctan2(bags[:, 6], bags[:, 3])[:, None] + angles
+        # numpy's arctan2 rounds differently on processors with and without AVX-512.
+        half_yaws = np.array([math.atan2(z, w) for w, z in bags[:, [3, 6]].tolist()])
+        yaw = 2.0 * half_yaws[:, None] + angles
         poses = np.repeat(bags, self.members, axis=0)
         offsets = self.ring_radius(flank_radius) * np.stack([np.cos(yaw), np.sin(yaw)], axis=-1)
         poses[:, :2] += offsets.reshape(-1, 2)

@@ -15,6 +15,7 @@ from .contact import OBJECT_RANK, Surface, restitution_for_mass
 from .hull import Hull
 from .net import Net
 from .object_model import SMOOTH, ObjectModel
+from .solid import Solid, load_solid
 
 VARIANTS = ("real", "sim", "literal")
 """Names of the variants, which are tables of an object file; the keys above all tables are "real". They are three
@@ -26,7 +27,7 @@ SIZE_KEYS = {
     "capsule": ("radius", "length"),
     "cylinder": ("radius", "length"),
     "box": ("edges",),
-    "mesh": ("file", "unit", "scale"),
+    "mesh": ("file", "unit", "scale", "hull"),
 }
 """Keys of each shape. A capsule's length includes its caps."""
 
@@ -34,11 +35,17 @@ UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Lengths of the units of a mesh [m]."""
 
 WIDTHS = (0.002, 0.5)
-"""Range of an object's widths [m], chosen: a contact of 300 rad/s needs a minimum size, and the hand must fit around
+"""Range of an object's widths [m], chosen: a contact that gives way needs a minimum size, and the hand must fit around
 it."""
 
 INERTIA_FACTORS = (0.1, 2.0)
 """Range of the inertia factor [-]. A thin tube has 2 about its axis, a thin ball 5/3."""
+
+FLAT = ("cylinder", "box", "mesh")
+"""Shapes with flat faces."""
+
+CONTACT_TIMES = (0.0, 0.02)
+"""Range of the duration of a bounce [s]; chosen."""
 
 NET_LOOPS = (0.01, 3.0)
 """Range of a net's loop [m], chosen."""
@@ -46,7 +53,7 @@ NET_LOOPS = (0.01, 3.0)
 MAX_NET_MEMBERS = 12
 """Largest number of objects in one net [-], chosen."""
 
-COMMON_KEYS = ("shape", "mass", "inertia_factor", "friction", "restitution", "net", "source")
+COMMON_KEYS = ("shape", "mass", "inertia_factor", "friction", "restitution", "contact_time", "net", "source")
 """Keys of every shape."""
 
 DEFAULT_FRICTION = {"lateral": SMOOTH.lateral, "spinning": SMOOTH.spinning, "rolling": SMOOTH.rolling}
@@ -112,19 +119,20 @@ def build_object(table: Mapping[str, Any], name: str, variant: str, folder: Path
         _reject_unknown(_subtable(table, other, None), valid, f"[{other}] of a {shape}")
     _reject_unknown(keys, valid, f"a {shape}")
     mass = _number(keys, "mass", MASS_RANGE, "kg")
-    hull = _load_hull(keys, folder) if shape == "mesh" else None
+    hull = _load_mesh(keys, folder) if shape == "mesh" else None
     half_size = hull.half_extents if hull else _half_size(keys, shape)
     bounces_by_mass = "restitution" not in keys
     restitution = restitution_for_mass(mass) if bounces_by_mass else _number(keys, "restitution", (0.0, 1.0), "")
     friction = DEFAULT_FRICTION | _subtable(keys, "friction", tuple(DEFAULT_FRICTION))
     lateral, spinning, rolling = (_number(friction, key, (0.0, 5.0), "", "friction.") for key in DEFAULT_FRICTION)
+    time = _number({"contact_time": 0.0, **keys}, "contact_time", CONTACT_TIMES, "s")
     object_model = ObjectModel(
         name=name,
         shape=shape,  # type: ignore[arg-type]
         half_size=half_size,
         mass=mass,
         inertia_factor=_number({"inertia_factor": 1.0, **keys}, "inertia_factor", INERTIA_FACTORS, ""),
-        surface=Surface(lateral, spinning, rolling, restitution, rank=OBJECT_RANK),
+        surface=Surface(lateral, spinning, rolling, restitution, OBJECT_RANK, time, shape in FLAT),
         bounces_by_mass=bounces_by_mass,
         hull=hull,
     )
@@ -168,8 +176,11 @@ def _half_size(keys: Mapping[str, Any], shape: str) -> tuple[float, ...]:
     return radius, 0.5 * length - radius
 
 
-def _load_hull(keys: Mapping[str, Any], folder: Path) -> Hull:
-    """Return the hull of the mesh that the keys name."""
+def _load_mesh(keys: Mapping[str, Any], folder: Path) -> Hull | Solid:
+    """Return the body of the mesh that the keys name."""
+    as_hull = keys.get("hull", False)
+    if not isinstance(as_hull, bool):
+        raise ConfigurationError(f"hull = {as_hull!r:.80} must be true or false")
     file, unit = keys.get("file"), keys.get("unit")
     if not isinstance(file, str) or not file:
         raise ConfigurationError(f"file = {file!r:.80} must be the path of an STL or OBJ file")
@@ -178,14 +189,15 @@ def _load_hull(keys: Mapping[str, Any], folder: Path) -> Hull:
             f"unit = {unit!r:.80} must be one of {', '.join(map(repr, UNITS))}; a mesh file does not state its unit"
         )
     scale = _number({"scale": 1.0, **keys}, "scale", (1e-4, 1e4), "")
-    hull = Hull.load(folder / file, UNITS[unit] * scale)
-    least, most = 2.0 * min(hull.half_extents), 2.0 * max(hull.half_extents)
+    load = Hull.load if as_hull else load_solid
+    body = load(folder / file, UNITS[unit] * scale)
+    least, most = 2.0 * min(body.half_extents), 2.0 * max(body.half_extents)
     if not WIDTHS[0] <= least <= most <= WIDTHS[1]:
         raise ConfigurationError(
             f"the mesh measures {least:.3g} to {most:.3g} m across, and {WIDTHS[0]:g} to {WIDTHS[1]:g} m are allowed; "
             "check unit and scale"
         )
-    return hull
+    return body
 
 
 def _toml(value: Any) -> str:
@@ -195,6 +207,8 @@ def _toml(value: Any) -> str:
     if isinstance(value, str):
         escaped = value.replace("\\", "\\\\").replace('"', '\\"')
         return f'"{escaped}"'
+    if isinstance(value, bool):
+        return str(value).lower()
     return repr(float(value)) if isinstance(value, float) else str(value)
 
 

@@ -9,12 +9,17 @@ from typing import Literal
 import mujoco
 import numpy as np
 
+from ..vectors import norm
 from .contact import OBJECT_RANK, Surface, restitution_for_mass
 from .hull import Hull
 from .net import Net
+from .solid import Solid
 
 OBJECT_BIT = 2
 """Contact affinity of the objects, chosen. The arm's links have it as contact type; all other pairs are explicit."""
+
+COLLISION_GROUP = 3
+"""MuJoCo's geom group of shapes that only collide; they are not drawn."""
 
 SMOOTH = Surface(lateral=0.25, spinning=0.001, rolling=0.001, restitution=0.72, rank=OBJECT_RANK)
 """Surface of an object whose file states none. Cross (2002, Tables I-II) measured the sliding coefficient 0.25 of
@@ -36,7 +41,7 @@ class ObjectModel:
         inertia_factor: Ratio of the inertia to that of the solid body [-]; a hollow ball has more than 1.
         surface: Friction and restitution.
         bounces_by_mass: Whether the restitution follows from the mass.
-        hull: Convex hull of a mesh; None for other shapes.
+        hull: Body of a mesh: its convex hull, or a solid of convex pieces; None for other shapes.
         net: Net that ties groups of the objects together; None without nets.
     """
 
@@ -47,7 +52,7 @@ class ObjectModel:
     inertia_factor: float
     surface: Surface
     bounces_by_mass: bool = True
-    hull: Hull | None = None
+    hull: Hull | Solid | None = None
     net: Net | None = None
 
     @property
@@ -59,7 +64,7 @@ class ObjectModel:
             return float(np.hypot(self.half_size[0], self.half_size[1]))
         if self.shape == "capsule":
             return self.half_size[0] + self.half_size[1]
-        return float(np.linalg.norm(self.half_size) if self.shape == "box" else max(self.half_size))
+        return norm(self.half_size) if self.shape == "box" else max(self.half_size)
 
     @property
     def diameter(self) -> float:
@@ -87,8 +92,8 @@ class ObjectModel:
             return 2.0 * math.pi * a**2 * rest[0]
         ball = 4.0 / 3.0 * math.pi
         if self.shape == "capsule":
-            return ball * a**3 + 2.0 * math.pi * a**2 * rest[0]
-        return ball * a * rest[0] * rest[1] if self.shape == "ellipsoid" else ball * a**3
+            return ball * math.pow(a, 3) + 2.0 * math.pi * a**2 * rest[0]
+        return ball * a * rest[0] * rest[1] if self.shape == "ellipsoid" else ball * math.pow(a, 3)
 
     def assign_models(self, count: int) -> list[ObjectModel]:
         """Return the model of each of `count` objects: this one."""
@@ -115,6 +120,10 @@ class ObjectModel:
         restitution = restitution_for_mass(mass) if self.bounces_by_mass else self.surface.restitution
         return replace(self, mass=mass, surface=replace(self.surface, restitution=restitution))
 
+    def with_sliding_friction(self, value: float | None) -> ObjectModel:
+        """Return the model with the sliding friction `value` [-], or the model itself for None."""
+        return self if value is None else replace(self, surface=replace(self.surface, lateral=value))
+
     def with_friction(self, factor: float) -> ObjectModel:
         """Return the model with its sliding, spinning and rolling friction multiplied by `factor`."""
         varied = {name: factor * getattr(self.surface, name) for name in ("lateral", "spinning", "rolling")}
@@ -129,8 +138,13 @@ class ObjectModel:
             net=self.net and self.net.scaled(factor),
         )
 
+    def geom_names(self, name: str) -> tuple[str, ...]:
+        """Return the names of the geoms that touch other bodies, for a body `name`: one, or one for each piece."""
+        count = len(self.hull.pieces) if isinstance(self.hull, Solid) else 1
+        return (name, *(f"{name}_{number}" for number in range(1, count)))
+
     def add_to(self, spec: mujoco.MjSpec, index: int, rgba: tuple[float, float, float, float]) -> None:
-        """Add a free body `object_{index}` with one geom of the same name, and with a site if a net ties it."""
+        """Add a free body `object_{index}` with a geom for each piece, and with a site if a net ties it."""
         name = f"object_{index}"
         # Without `ipos` the centre of mass of an explicit inertia would be at the body's position in the world.
         body = spec.worldbody.add_body(name=name, explicitinertial=True, mass=self.mass, ipos=[0.0, 0.0, 0.0])
@@ -138,17 +152,31 @@ class ObjectModel:
         body.add_freejoint(name=name)
         size = np.zeros(3)
         size[: len(self.half_size)] = self.half_size
-        geom = body.add_geom(
-            name=name,
-            type=getattr(mujoco.mjtGeom, f"mjGEOM_{self.shape.upper()}"),
-            size=size,
-            rgba=rgba,
-            contype=0,
-            conaffinity=OBJECT_BIT,
-        )
+        solid = self.hull if isinstance(self.hull, Solid) else None
         if self.hull is not None:
             self.hull.add_to(spec, self.name)
-            geom.meshname = self.name
+        for number, geom_name in enumerate(self.geom_names(name)):
+            geom = body.add_geom(
+                name=geom_name,
+                type=getattr(mujoco.mjtGeom, f"mjGEOM_{self.shape.upper()}"),
+                size=size,
+                rgba=rgba,
+                contype=0,
+                conaffinity=OBJECT_BIT,
+            )
+            if self.hull is not None:
+                geom.meshname = f"{self.name}_{number}" if number else self.name
+            if solid and solid.faces:
+                geom.group = COLLISION_GROUP
+        if solid and solid.faces:
+            body.add_geom(
+                name=f"{name}_drawn",
+                type=mujoco.mjtGeom.mjGEOM_MESH,
+                meshname=f"{self.name}_drawn",
+                rgba=rgba,
+                contype=0,
+                conaffinity=0,
+            )
         if self.net is not None:
             body.add_site(name=name)
             # MuJoCo scales a tendon's limit in this pose. With all bodies at one point, the limit would have no effect.

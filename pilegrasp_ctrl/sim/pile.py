@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import platform
+import sys
 from dataclasses import dataclass
 
 import mujoco
@@ -10,12 +12,14 @@ import numpy as np
 
 from ..exceptions import PileError
 from ..planning.layout import Layout
+from ..provenance import PILE_ROOMS, code_digest, deciding_packages, python_version, version_of
 from ..types import Array
-from .backend import Stepper
-from .contact import NATURAL_FREQUENCY, OBJECT_IMPEDANCE, Rule
+from ..vectors import in_order, rotated
+from .contact import CONTACT_STEPS, REST_SAG, Rule
 from .drop import drop_poses, pile_model
 from .objects import Objects
 from .pile_cache import PileCache
+from .stepper import Stepper
 
 LIFT_SPEED = 0.3
 """Speed at which the frame is lifted [m/s], chosen."""
@@ -46,11 +50,15 @@ does not in the next."""
 TIME_LIMIT = 20.0
 """Simulated time for each of the two phases of settling [s], chosen."""
 
+FRAME_AWAY = 2.0
+"""Height at which the lifted frame is out of the way [m], chosen."""
+
 MAX_RESTING_PENETRATION = 1e-3
 """Largest overlap of two bodies in a settled pile [m], chosen; the largest observed overlap was 0.04 mm."""
 
-CACHE_VERSION = 18
-"""Version of the piles in the cache [-]; increase it with every change of code that changes a pile."""
+
+class ObjectsLeftError(PileError):
+    """Objects left the frame while they fell, which they may not do in the next drop."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,8 +88,8 @@ def settle_pile(objects: Objects, count: int, layout: Layout, seed: int, rule: R
     """
     if count == 0:
         return Pile(np.zeros((0, 7)), 0.0)
-    numerics = [OBJECT_IMPEDANCE, NATURAL_FREQUENCY, rule, timestep, mujoco.__version__]
-    cache = PileCache(CACHE_VERSION, numerics, repr(objects), count, seed, repr(layout))
+    numerics = [REST_SAG, CONTACT_STEPS, rule, timestep]
+    cache = PileCache(_origin(), numerics, _exactly(objects), count, seed, _exactly(layout))
     cached = cache.read(count)
     if cached is not None:
         return Pile(*cached)
@@ -90,10 +98,47 @@ def settle_pile(objects: Objects, count: int, layout: Layout, seed: int, rule: R
     return pile
 
 
+def without_mutual_contacts(pile: Pile, objects: Objects, layout: Layout, rule: Rule, timestep: float) -> Pile:
+    """Take the contacts among the objects of a settled pile off, and wait until all lie on the floor.
+
+    What lay on others falls through them, and may bounce and roll on the floor. The attempt begins at rest then.
+
+    Raises:
+        PileError: The objects do not come to rest.
+    """
+    count = len(pile.poses)
+    if count == 0:
+        return pile
+    model = pile_model(objects, count, layout, rule, timestep, mutual=False)
+    data = mujoco.MjData(model)
+    data.qpos[:] = pile.poses.ravel()
+    data.mocap_pos[0, 2] = FRAME_AWAY
+    if not _settle(Stepper(model, data), round(TIME_LIMIT / timestep)):
+        raise PileError("the objects do not come to rest without contacts among them; take another seed")
+    return Pile(data.qpos.reshape(count, 7).copy(), pile.packing_density)
+
+
+def _origin() -> list[str]:
+    """Return what the piles of this installation rest on: Python, packages, and the code up to the simulator."""
+    packages = [f"{package} {version_of(package)}" for package in deciding_packages()]
+    return [python_version(), platform.machine(), *packages, code_digest(*PILE_ROOMS)]
+
+
+def _exactly(value: Objects | Layout) -> str:
+    """Return the text of a value with every digit of every number; numpy else shows eight, of the outer numbers."""
+    with np.printoptions(floatmode="unique", threshold=sys.maxsize):
+        return repr(value)
+
+
 def _simulate(objects: Objects, count: int, layout: Layout, seed: int, rule: Rule, timestep: float) -> Pile:
     for number in range(MAX_DROPS):
         rng = np.random.default_rng([seed, number] if number else seed)
-        pile = _drop(objects, count, layout, rng, rule, timestep)
+        try:
+            pile = _drop(objects, count, layout, rng, rule, timestep)
+        except ObjectsLeftError:
+            if number + 1 == MAX_DROPS:
+                raise
+            continue
         if pile is not None:
             return pile
     raise PileError(
@@ -115,7 +160,7 @@ def _drop(
     if not _settle(stepper, step_limit):
         return None
     _check_inside(poses[:, :2], layout)
-    volume = sum(each.volume for each in objects.assign_models(count))
+    volume = in_order(each.volume for each in objects.assign_models(count))
     density = volume / (layout.frame_size**2 * 2.0 * float(poses[:, 2].mean()))
     lift = LIFT_SPEED * timestep
     while data.mocap_pos[0, 2] < poses[:, 2].max() + objects.bounding_radius:
@@ -147,9 +192,11 @@ def _drop(
 def _check_inside(positions: Array, layout: Layout) -> None:
     """Raise if a centre is outside the frame, because a fast or small object can pass a panel within one step."""
     cosine, sine = math.cos(layout.frame_yaw), math.sin(layout.frame_yaw)
-    local = (positions - layout.frame_center) @ np.array([[cosine, -sine], [sine, cosine]])
+    local = rotated([[cosine, sine], [-sine, cosine]], positions - layout.frame_center)
     if outside := int(np.count_nonzero(np.abs(local).max(axis=1) > 0.5 * layout.frame_size)):
-        raise PileError(f"{outside} of the objects left the frame while they fell; lower sim.timestep or pile.count")
+        raise ObjectsLeftError(
+            f"{outside} of the objects left the frame while they fell; lower sim.timestep or pile.count"
+        )
 
 
 def _awaken(model: mujoco.MjModel, data: mujoco.MjData) -> None:

@@ -1,13 +1,14 @@
 """The RBO Hand 2 as MuJoCo bodies: fingers are chains of sprung joints, and inflation is a moment in all of them.
 
 A PneuFlex finger bends with constant curvature under pressure; equal moments in equal springs give the same shape. One
-hinge at the base models the finger's sideways compliance. If inflation stiffens the finger, the moment decreases with
-the finger's total bend, like the pressure of an enclosed mass of air. The soft part of the palm that carries the thumb
-bends about one hinge, and is not inflated.
+hinge at the base models the finger's sideways compliance, another one its torsion. If inflation stiffens the finger,
+the moment decreases with the finger's total bend, like the pressure of an enclosed mass of air. The soft part of the
+palm that carries the thumb bends about one hinge, and is not inflated.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import mujoco
@@ -15,7 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..types import Array
-from .hand_parts import add_wrist_sensor, finger_directions, frame_quaternion
+from ..vectors import in_order, norm
+from .hand_parts import finger_directions, frame_quaternion
 
 SILICONE = (0.93, 0.80, 0.62, 1.0)
 """Colour of fingers and palm (rgba)."""
@@ -25,6 +27,9 @@ SCAFFOLD = (0.35, 0.37, 0.42, 1.0)
 
 LATERAL_RANGE = 0.35
 """Largest sideways angle of a finger at its base in both directions [rad]; chosen."""
+
+TWIST_RANGE = 0.6
+"""Largest twist of a finger at its base in both directions [rad]; chosen."""
 
 BEND_RANGE = (-0.9, 1.6)
 """Range of each bending joint [rad], chosen."""
@@ -37,8 +42,7 @@ JOINT_ARMATURE = 2e-5
 
 
 def add_rbo_hand2(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> None:
-    """Add sensor and hand to the body `root` in the flange's frame, with the numbers of `robot.toml`."""
-    add_wrist_sensor(spec, root, parameters["sensor"])
+    """Add the hand to the sensor's body `root` in the flange's frame, with the numbers of `robot.toml`."""
     fingers, thumb, pneumatics = parameters["fingers"], parameters["thumb"], parameters["pneumatics"]
     along, palm_normal = finger_directions(parameters["hand"]["finger_angle_deg"])
     web, hinge = _add_palm(root, parameters["palm"], along, pneumatics)
@@ -58,7 +62,7 @@ def _add_palm(root: Any, palm: dict[str, Any], along: Array, pneumatics: dict[st
     hinge = np.array(palm["web_center"]) - [0.0, palm["web_half_size"][1], 0.0]
     rigid, web = root.add_body(name="palm"), root.add_body(name="palm_web", pos=hinge)
     _add_hinge(web, "palm_bend", along, "bending", PALM_RANGE, pneumatics)
-    volumes = {part: float(np.prod(palm[f"{part}_half_size"])) for part in ("scaffold", "pad", "web")}
+    volumes = {part: math.prod(palm[f"{part}_half_size"]) for part in ("scaffold", "pad", "web")}
     for part, volume in volumes.items():
         body, origin = (web, hinge) if part == "web" else (rigid, np.zeros(3))
         body.add_geom(
@@ -66,7 +70,7 @@ def _add_palm(root: Any, palm: dict[str, Any], along: Array, pneumatics: dict[st
             type=mujoco.mjtGeom.mjGEOM_BOX,
             pos=palm[f"{part}_center"] - origin,
             size=palm[f"{part}_half_size"],
-            mass=palm["mass"] * volume / sum(volumes.values()),
+            mass=palm["mass"] * volume / in_order(volumes.values()),
             rgba=SCAFFOLD if part == "scaffold" else SILICONE,
             contype=0,
             conaffinity=0,
@@ -84,10 +88,13 @@ def _add_finger(
     bend_toward: Any,
     pneumatics: dict[str, Any],
 ) -> None:
-    """Add the chain `{name}_1..n`: joint `{name}_lateral` at the base, and `{name}_bend_i`, positive when closing."""
+    """Add the chain `{name}_1..n`: joints `{name}_lateral` and `{name}_twist` at the base, and `{name}_bend_i`.
+
+    The bending angles are positive when closing.
+    """
     count = shape["segments"]
     direction = np.subtract(tip, base)
-    length = float(np.linalg.norm(direction)) / count
+    length = norm(direction) / count
     radii = np.linspace(shape["radius_base"], shape["radius_tip"], count)
     parent = root
     for i in range(count):
@@ -98,6 +105,7 @@ def _add_finger(
         body = parent.add_body(name=f"{name}_{i + 1}", **placement)
         if first:
             _add_hinge(body, f"{name}_lateral", [0, 0, 1], "lateral", (-LATERAL_RANGE, LATERAL_RANGE), pneumatics)
+            _add_hinge(body, f"{name}_twist", [1, 0, 0], "twist", (-TWIST_RANGE, TWIST_RANGE), pneumatics)
         _add_hinge(body, f"{name}_bend_{i + 1}", [0, -1, 0], "bending", BEND_RANGE, pneumatics)
         body.add_geom(
             name=f"{name}_{i + 1}",
@@ -115,7 +123,7 @@ def _add_finger(
 def _add_hinge(
     body: Any, name: str, axis: ArrayLike, mode: str, limits: tuple[float, float], pneumatics: dict[str, Any]
 ) -> None:
-    """Add a sprung hinge with the stiffness and damping of `mode`: "bending" or "lateral"."""
+    """Add a sprung hinge with the stiffness and damping of `mode`: "bending", "lateral" or "twist"."""
     joint = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis, range=limits, limited=True)
     joint.stiffness[0] = pneumatics[f"{mode}_stiffness"]
     joint.damping[0] = pneumatics[f"{mode}_damping"]

@@ -1,10 +1,7 @@
-"""Readout of a running simulation: drawn bodies, contact forces, and frames for an observer."""
+"""Readout of a running simulation: drawn bodies and the forces between them."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from time import perf_counter
 from typing import Any
 
 import mujoco
@@ -13,7 +10,8 @@ from numpy.typing import NDArray
 
 from ..recording_parts import Body, Shape
 from ..types import Array
-from .backend import Simulation
+from ..vectors import rotated
+from .object_model import COLLISION_GROUP
 from .scene import Scene
 
 SHAPE_NAMES = {
@@ -26,21 +24,11 @@ SHAPE_NAMES = {
 }
 """Names of MuJoCo's geom types in a recording."""
 
-COLLISION_GROUP = 3
-"""MuJoCo's geom group of shapes that only collide; they are not drawn."""
-
 MIN_FORCE = 0.1
 """Least force of a recorded contact [N], chosen; a light sphere weighs 0.6 N."""
 
-FRAME_PERIOD = 1.0 / 30.0
-"""Simulated time between two frames [s], in a recording and for an observer; chosen."""
-
 ROLE_ORDER = {"arm": 0, "sensor": 0, "hand": 0, "object": 1, "support": 2}
 """Order of two bodies in a contact, by role: the one nearer to the arm comes first."""
-
-Observer = Callable[[float, str, tuple[Body, ...], Array, Array], None]
-"""Function that is called with the time [s], the primitive's name and the B drawn bodies, which are the same in every
-call. Further arguments are their positions (B, 3) [m] and quaternions (B, 4) wxyz, body to scene."""
 
 
 def drawn_bodies(scene: Scene) -> tuple[tuple[Body, ...], np.ndarray]:
@@ -66,13 +54,16 @@ def drawn_bodies(scene: Scene) -> tuple[tuple[Body, ...], np.ndarray]:
 
 
 def _shape_of(model: Any, geom: int) -> dict[str, Any]:
-    """Return `kind` and `size` of a `Shape`. A hull becomes an ellipsoid of its inertia: recordings have no mesh."""
+    """Return `kind` and `size` of a `Shape`, and vertices and faces of a mesh."""
     geom_type = mujoco.mjtGeom(int(model.geom_type[geom]))
     if geom_type != mujoco.mjtGeom.mjGEOM_MESH:
         return {"kind": SHAPE_NAMES[geom_type], "size": model.geom_size[geom].tolist()}
-    body = int(model.geom_bodyid[geom])
-    inertia = model.body_inertia[body] / model.body_mass[body]
-    return {"kind": "ellipsoid", "size": np.sqrt(2.5 * (inertia.sum() - 2.0 * inertia)).tolist()}
+    mesh = int(model.geom_dataid[geom])
+    first, corner = int(model.mesh_vertadr[mesh]), int(model.mesh_faceadr[mesh])
+    vertices = model.mesh_vert[first : first + int(model.mesh_vertnum[mesh])].astype(float)
+    faces = model.mesh_face[corner : corner + int(model.mesh_facenum[mesh])]
+    size = np.abs(vertices).max(axis=0)
+    return {"kind": "mesh", "size": size.tolist(), "vertices": np.round(vertices, 6).tolist(), "faces": faces.tolist()}
 
 
 def _role_of(scene: Scene, body: int) -> str:
@@ -120,7 +111,7 @@ class ContactForces:
         # The rows of a contact's frame are its axes. The first is the normal from the first geom to the second, and a
         # positive force pushes the second geom along it.
         axes = contact.frame[active].reshape(-1, 3, 3)
-        force = -np.einsum("ki,kij->kj", local[:, :3], axes)
+        force = -rotated(np.swapaxes(axes, 1, 2), local[:, :3])
         bodies = self._body[contact.geom[active]].reshape(-1, 2)
         swapped = self._order[bodies[:, 0]] > self._order[bodies[:, 1]]
         bodies[swapped] = bodies[swapped][:, ::-1]
@@ -128,29 +119,24 @@ class ContactForces:
         return bodies, contact.pos[active].copy(), force
 
 
-class FrameFeed:
-    """Passes the poses of the drawn bodies to an observer every `FRAME_PERIOD`.
+class SceneReadout:
+    """The `SceneView` of a MuJoCo scene.
 
     Attributes:
-        seconds: Wall-clock time that the observer has taken so far [s].
+        bodies: Drawn bodies.
     """
 
-    def __init__(self, simulation: Simulation, on_frame: Observer) -> None:
-        self._simulation, self._on_frame = simulation, on_frame
-        self._bodies, self._ids = drawn_bodies(simulation.scene)
-        self._next = 0.0
-        self.seconds = 0.0
+    def __init__(self, scene: Scene, data: mujoco.MjData) -> None:
+        """Read the bodies of `scene` from its state `data`."""
+        self._data = data
+        self.bodies, self._ids = drawn_bodies(scene)
+        self._contact_forces = ContactForces(scene.model, self.bodies, self._ids)
 
-    def show(self, time: float, primitive: str, *, always: bool = False) -> None:
-        """Pass copies of the poses at `time` [s] to the observer if a frame is due, or `always`."""
-        if time < self._next - 1e-9 and not always:
-            return
-        self._next = next_multiple(time, FRAME_PERIOD)
-        begun = perf_counter()
-        self._on_frame(time, primitive, self._bodies, *self._simulation.poses(self._ids))
-        self.seconds += perf_counter() - begun
+    def poses(self) -> tuple[Array, Array]:
+        """Return positions (B, 3) [m] and quaternions wxyz (B, 4) of the bodies, as of the last physics step."""
+        # An array of indices makes a copy.
+        return self._data.xpos[self._ids], self._data.xquat[self._ids]
 
-
-def next_multiple(time: float, period: float) -> float:
-    """Return the next multiple of `period` that is later than `time` by more than rounding [s]."""
-    return period * math.floor(time / period + 1.0 + 1e-6)
+    def contacts(self) -> tuple[NDArray[np.int32], Array, Array]:
+        """Return bodies (K, 2), positions (K, 3) [m] and forces (K, 3) [N] of the contacts; see `ContactForces`."""
+        return self._contact_forces.read(self._data)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from .hand_parts import DARK, add_wrist_sensor, finger_directions, frame_quaternion
+from ..vectors import in_order
+from .hand_parts import DARK, finger_directions, frame_quaternion
 
 PLASTIC = (0.20, 0.42, 0.62, 1.0)
 """Colour of the shovel (rgba)."""
@@ -17,8 +19,7 @@ BRACKET_RADIUS = 0.012
 
 
 def add_shovel(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> None:
-    """Add sensor and shovel to the body `root` in the flange's frame, with the numbers of `robot.toml`."""
-    add_wrist_sensor(spec, root, parameters["sensor"])
+    """Add the shovel to the sensor's body `root` in the flange's frame, with the numbers of `robot.toml`."""
     scoop, hand = parameters["scoop"], parameters["hand"]
     along, normal = finger_directions(hand["finger_angle_deg"])
     body = root.add_body(name="scoop", pos=hand["tool_origin"], quat=frame_quaternion(along, normal))
@@ -32,14 +33,14 @@ def add_shovel(spec: mujoco.MjSpec, root: Any, parameters: dict[str, Any]) -> No
         "right": ([side - length, -width / 2.0 + half, wall], [side, half, wall]),
         "back": ([-length + half, 0.0, back], [half, width / 2.0, back]),
     }
-    area = {part: float(np.prod(sorted(size)[1:])) for part, (_, size) in boxes.items()}
+    area = {part: math.prod(sorted(size)[1:]) for part, (_, size) in boxes.items()}
     for part, (center, size) in boxes.items():
         body.add_geom(
             name=f"scoop_{part}",
             type=mujoco.mjtGeom.mjGEOM_BOX,
             pos=center,
             size=size,
-            mass=scoop["mass"] * area[part] / sum(area.values()),
+            mass=scoop["mass"] * area[part] / in_order(area.values()),
             rgba=PLASTIC,
             contype=0,
             conaffinity=0,

@@ -6,9 +6,11 @@ import mink
 import mujoco
 import numpy as np
 
-from ..exceptions import UnreachablePoseError
-from ..robots import description, path
+from ..exceptions import ModelError, UnreachablePoseError
+from ..planning.simulated_arm import simulated_arm
 from ..types import Array, Pose
+from ..vectors import norm, product, rotated
+from .arm_body import file_of, mount_arm
 
 POSITION_TOLERANCE = 1e-4
 """Largest distance of the tool from its pose [m], chosen."""
@@ -25,6 +27,10 @@ TIME_STEP = 0.1
 MAX_ITERATIONS = 300
 """Largest number of iterations from one initial posture [-], chosen."""
 
+DECIMALS = 6
+"""Decimals of a start posture [-], chosen: 1e-6 rad moves the tool by a hundredth of `POSITION_TOLERANCE`. The search
+uses BLAS, which makes its angles differ by 1e-12 rad between processors; rounding takes that away."""
+
 SETTLED_MOTION = 1e-6
 """Largest joint motion in an iteration at which the posture task is dropped and only the tool task is left [rad],
 chosen."""
@@ -34,20 +40,28 @@ class StartPosture:
     """Search for the joint angles of a tool pose, with a model of the bare arm and a site at the tool frame."""
 
     def __init__(self, robot: str, transform_tool_to_flange: Pose, transform_base_to_world: Pose) -> None:
-        spec = mujoco.MjSpec.from_file(str(path(robot, f"{robot}.xml")))
-        flange = spec.site("flange")
+        described = simulated_arm(robot)
+        file = file_of(described)
+        spec = mujoco.MjSpec.from_file(file) if file else mujoco.MjSpec()
+        if file is None:
+            spec.compiler.degree = False
+        flange = mount_arm(spec, described).flange
         rotation = np.zeros(9)
         mujoco.mju_quat2Mat(rotation, flange.quat)
-        rotation = rotation.reshape(3, 3) @ transform_tool_to_flange.rotation
+        flange_rotation = rotation.reshape(3, 3)
         quaternion = np.zeros(4)
-        mujoco.mju_mat2Quat(quaternion, rotation.ravel())
-        flange_rotation = rotation @ transform_tool_to_flange.rotation.T
+        mujoco.mju_mat2Quat(quaternion, product(flange_rotation, transform_tool_to_flange.rotation).ravel())
         flange.parent.add_site(
-            name="tool", pos=flange.pos + flange_rotation @ transform_tool_to_flange.translation, quat=quaternion
+            name="tool",
+            pos=flange.pos + rotated(flange_rotation, transform_tool_to_flange.translation),
+            quat=quaternion,
         )
-        self._model = spec.compile()
+        try:
+            self._model = spec.compile()
+        except (ValueError, RuntimeError) as error:
+            raise ModelError(f"{robot}: MuJoCo cannot simulate it: {' '.join(str(error).split())}") from None
         self._base = transform_base_to_world
-        self._postures = [np.array(posture) for posture in description(robot)["postures"]["search"]]
+        self._postures = list(described.postures)
 
     def solve(self, pose: Pose, start: Array | None = None) -> Array:
         """Return joint angles (nv,) [rad] for the tool frame at `pose` in the world.
@@ -96,8 +110,8 @@ class StartPosture:
             velocity = mink.solve_ik(configuration, tasks, TIME_STEP, "daqp", damping=1e-6, limits=limits)
             configuration.integrate_inplace(velocity, TIME_STEP)
             error = tool.compute_error(configuration)
-            if len(tasks) == 1 and np.linalg.norm(error) < 0.5 * POSITION_TOLERANCE:
+            if len(tasks) == 1 and norm(error) < 0.5 * POSITION_TOLERANCE:
                 break
             if iteration + 1 >= MAX_ITERATIONS // 2 or np.abs(velocity).max() * TIME_STEP < SETTLED_MOTION:
                 tasks = [tool]
-        return configuration.q.copy(), float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:]))
+        return np.round(configuration.q, DECIMALS), norm(error[:3]), norm(error[3:])

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections import deque
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
+from ..kernels.algebra import product
+from ..kernels.impedance import turn_vector
+from ..kernels.wrist import reading, whole_steps
 from ..sections import SensorConfig
 from ..types import Array, MassProperties
+from ..vectors import norm, rotated
 
 CHANNELS = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 """Names of the channels, in sensor axes."""
@@ -19,6 +25,13 @@ UNITS = ("N", "N", "N", "N·m", "N·m", "N·m")
 
 NOISE_BLOCK = 512
 """Number of readings whose faults are drawn at once [-], chosen; single draws would be much slower."""
+
+_NOTHING = np.zeros(6)
+"""Reading (6,) before the first one, which does not count [N, N·m]."""
+
+
+DRIFT_RISE = 10.0
+"""Time in which the slow drift grows to its size, and in which it goes back [s], chosen: about that of an attempt."""
 
 
 class SensorCalibration(NamedTuple):
@@ -38,16 +51,9 @@ class SensorCalibration(NamedTuple):
         """Return the range (6,) in steps of the resolution."""
         return self.range / self.resolution
 
-    def find_saturated(self, steps: Array) -> str | None:
-        """Return a text that names the first channel at its range, or None.
-
-        Args:
-            steps: Unlimited readings (6,), in steps of the resolution.
-        """
-        for channel, unit, step, limit, end in zip(CHANNELS, UNITS, steps, self.limits(), self.range, strict=True):
-            if abs(step) >= limit:
-                return f"{channel} beyond {end:g} {unit} of {self.name}"
-        return None
+    def describe_saturation(self, channel: int) -> str:
+        """Return a text that names a channel, given by its index, that is at its range."""
+        return f"{CHANNELS[channel]} beyond {self.range[channel]:g} {UNITS[channel]} of {self.name}"
 
 
 def _calibration(name: str, ends: tuple[float, float, float], steps: tuple[float, float, float]) -> SensorCalibration:
@@ -110,18 +116,17 @@ class WristSensor:
         self._sum, self._count = np.zeros(6), 0
         self._site = model.site("wrist_sensor").id
         self._calibration = CALIBRATIONS[config.calibration]
-        self._limits = tuple(self._calibration.limits()[[0, 2, 3]].tolist())
-        shift = np.eye(6)
+        self._limits, self._steps = self._calibration.limits(), np.empty(6)
         housing = model.geom("sensor")
-        shift[3:, :3] = _cross(np.array([0.0, 0.0, housing.pos[2] + housing.size[1]]))
+        lever = _cross(np.array([0.0, 0.0, housing.pos[2] + housing.size[1]]))
         # The minus converts the wrench on the tool into the wrench on the flange.
-        self._to_steps = -np.linalg.inv(shift) / self._calibration.resolution[:, None]
-        self._from_steps = shift * self._calibration.resolution
+        self._to_steps = -_shift(-lever) / self._calibration.resolution[:, None]
+        self._from_steps = _shift(lever) * self._calibration.resolution
         # Correction of the tool's weight, linear in the vertical in sensor axes.
         mass = tool.mass * (1.0 + config.tool_mass_error)
-        gravity = np.linalg.norm(model.opt.gravity)
-        self._axes = np.eye(3) if axes is None else axes
-        self._up = -self._axes.dot(model.opt.gravity) / gravity
+        gravity = norm(model.opt.gravity)
+        self._axes, self._rotation = np.eye(3) if axes is None else axes, np.empty((3, 3))
+        self._up = -rotated(self._axes, model.opt.gravity) / gravity
         self._lift = gravity * mass * np.vstack((np.eye(3), _cross(tool.center_of_mass)))
         self._sigma = np.repeat(np.array([config.force_noise, config.torque_noise], dtype=float), 3)
         self._rng = np.random.default_rng([seed, 0x5E])
@@ -132,13 +137,25 @@ class WristSensor:
         self._blend = 1.0 - math.exp(-2.0 * math.pi * config.cutoff * period)
         self._zero = np.zeros(6)
         self._filtered: Array | None = None
+        # The oldest reading that is kept is the one that has arrived.
+        self._readings: deque[tuple[Array, int]] = deque(maxlen=round(config.delay / period) + 1)
+        self._slow_drift = _random_force(config.slow_drift, seed)
         self._block, self._used = np.zeros((0, 6)), 0
+        self._data: mujoco.MjData | None = None
         self.saturated: str | None = None
 
     def sample(self, data: mujoco.MjData) -> None:
         """Take one sample; call it after every physics step."""
-        self._sum += data.sensordata[self._channels]
+        if data is not self._data:
+            self._look_at(data)
+        self._sum += self._load
         self._count += 1
+
+    def _look_at(self, data: mujoco.MjData) -> None:
+        """Keep views of a state, because the lookup of an array in MjData costs more than its reading."""
+        self._data = data
+        self._load = data.sensordata[self._channels]
+        self._site_rotation = data.site_xmat[self._site].reshape(3, 3)
 
     def read(self, data: mujoco.MjData) -> Array:
         """Average the samples since the last call, measure, compensate and filter; call it once a control period.
@@ -151,30 +168,23 @@ class WristSensor:
         """
         if self._count == 0:
             self.sample(data)
-        steps = self._to_steps.dot(self._sum / self._count)
+        saturated = whole_steps(self._sum, self._count, self._to_steps, self._faults(), self._limits, self._steps)
         self._sum.fill(0.0)
         self._count = 0
-        steps += self._faults()
-        np.rint(steps, steps)
-        lateral, axial, moment = self._limits
-        # Plain floats, because numpy takes several times as long for six numbers.
-        a, b, c, d, e, f = steps.tolist()
-        if not (
-            -lateral < a < lateral
-            and -lateral < b < lateral
-            and -axial < c < axial
-            and -moment < d < moment
-            and -moment < e < moment
-            and -moment < f < moment
-        ):
-            self._saturate(steps)
-        local = self._from_steps.dot(steps)
-        rotation = self._rotation(data)
-        local += self._lift.dot(self._up.dot(rotation))
-        local -= self._zero
-        wrench = local.reshape(2, 3).dot(rotation.T).reshape(6)
-        self._filtered = wrench if self._filtered is None else self._filtered + self._blend * (wrench - self._filtered)
-        return self._filtered
+        arrived = self._steps
+        if self._readings.maxlen != 1:
+            self._readings.append((self._steps.copy(), saturated))
+            arrived, saturated = self._readings[0]
+        if saturated >= 0:
+            self.saturated = self.saturated or self._calibration.describe_saturation(saturated)
+        wrench = np.empty(6)
+        # The first reading passes the filter as it is.
+        last, blend = (_NOTHING, 1.0) if self._filtered is None else (self._filtered, self._blend)
+        # The sensor's rotation to the world follows from that of its site, as encoders and base give it.
+        rotations = self._axes, self._site_rotation
+        reading(arrived, self._from_steps, self._lift, self._up, *rotations, self._zero, last, blend, wrench)
+        self._filtered = wrench
+        return wrench
 
     def tare(self, data: mujoco.MjData) -> None:
         """Set the zero to the present reading; call it at rest, while nothing touches the hand.
@@ -182,34 +192,51 @@ class WristSensor:
         The zero is in sensor axes, in which the offset is constant, so that the hand may turn afterwards. It is the
         output of the low-pass, not one noisy sample.
         """
-        held = self.read(data) if self._filtered is None else self._filtered
-        rotation = self._rotation(data)
-        self._zero += held.reshape(2, 3).dot(rotation).reshape(6)
+        held, local = self.read(data) if self._filtered is None else self._filtered, np.empty(6)
+        if data is not self._data:
+            self._look_at(data)
+        product(self._axes, self._site_rotation, self._rotation)
+        turn_vector(self._rotation, held, local)
+        self._zero += local
         self._filtered = np.zeros(6)
         self.saturated = None
-
-    def _rotation(self, data: mujoco.MjData) -> Array:
-        """Return the sensor's rotation (3, 3) to the world, as encoders and base give it."""
-        return self._axes.dot(data.site_xmat[self._site].reshape(3, 3))
-
-    def _saturate(self, steps: Array) -> None:
-        """Limit the channels to their ranges, in place, and store the first saturated one; NaN is not reported."""
-        self.saturated = self.saturated or self._calibration.find_saturated(steps)
-        limits = self._calibration.limits()
-        np.clip(steps, -limits, limits, out=steps)
 
     def _faults(self) -> Array:
         """Return offset, drift and noise of the next reading, in steps."""
         if self._used == len(self._block):
             times = self._time + self._period * np.arange(NOISE_BLOCK)
             noise = self._sigma * self._rng.standard_normal((NOISE_BLOCK, 6))
-            self._block = (noise + self._offset + times[:, None] * self._rate) / self._calibration.resolution
+            faults = noise + self._offset + times[:, None] * self._rate
+            if self._slow_drift is not None:
+                faults += swing(times)[:, None] * self._slow_drift
+            self._block = faults / self._calibration.resolution
             self._time, self._used = self._time + NOISE_BLOCK * self._period, 0
         self._used += 1
         return self._block[self._used - 1]
+
+
+def swing(times: NDArray[Any]) -> Array:
+    """Return the share (n,) of its size that the slow drift has at `times` (n,) [s]: up and down in straight lines."""
+    share: Array = 1.0 - np.abs(1.0 - np.mod(times, 2.0 * DRIFT_RISE) / DRIFT_RISE)
+    return share
+
+
+def _random_force(size: float, seed: int) -> Array | None:
+    """Return a force of a size [N] and a random direction as channels (6,); None for no force."""
+    if size == 0.0:
+        return None
+    direction = np.random.default_rng([seed, 0xD7]).standard_normal(3)
+    return np.array([*(size / norm(direction) * direction), 0.0, 0.0, 0.0])
 
 
 def _cross(vector: Array) -> Array:
     """Return the matrix (3, 3) of the cross product with `vector` (3,)."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def _shift(lever: Array) -> Array:
+    """Return the matrix (6, 6) of a wrench about another point, for the cross product (3, 3) with the lever."""
+    shift = np.eye(6)
+    shift[3:, :3] = lever
+    return shift

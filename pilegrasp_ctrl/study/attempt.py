@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import json
-import os
 import socket
-import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..config import Scenario
-from ..exceptions import ConfigurationError, PilegraspError
-from .origins import check_origins, measure_module
+from ..exceptions import ConfigurationError, PilegraspError, SimulationError, environment_fault, shortened
+from ..plugins import Plugin, explain, load_plugin, use_plugins
+from .origins import check_origins
 
 if TYPE_CHECKING:
     from ..programs.result import EpisodeResult
     from ..recording import Recording
-
-Measure = Callable[["Recording"], Mapping[str, Any]]
-"""A function from a recording to JSON values, which become `result["measures"]`."""
 
 CLOCKED = ("wall_time", "realtime_factor")
 """Entries of a result that differ from run to run, like the control tick's `median_us` and `p99_us`."""
@@ -36,8 +31,9 @@ class WorkItem:
         config_hash: Hash of the scenario in the process that planned the study.
         seed: Seed of pile and sensor noise.
         record: Whether to record: "no", "yes", or "failures" for attempts without success only.
-        measure: Dotted name of a function of the recording, or None.
+        measure: Name `module:function` of a function of the recording, or None.
         origins: Versions and digests that the result depends on, as in the process that planned the study.
+        plugins: Folders of the user's functions.
     """
 
     scenario: Scenario
@@ -46,6 +42,7 @@ class WorkItem:
     record: str
     measure: str | None
     origins: Mapping[str, str]
+    plugins: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +114,9 @@ def run_work_item(item: WorkItem) -> AttemptReport:
     Raises:
         ConfigurationError: Versions or files of this process differ from those of the study, so its result would too.
         MemoryError: The memory is too small; the attempt may be repeated.
+        SimulationError: The environment has refused something, such as space on a disk. That is no result.
     """
+    use_plugins(item.plugins)
     if item.scenario.config_hash() != item.config_hash:
         raise ConfigurationError(
             "a file that the scenario names has changed since the study began; restore it, or choose another folder"
@@ -130,10 +129,8 @@ def run_work_item(item: WorkItem) -> AttemptReport:
         result, success, recording = _run(item)
     except MemoryError:
         raise
-    except PilegraspError as problem:
-        error = str(problem)
     except Exception as problem:
-        error = f"{type(problem).__name__}: {problem}"
+        error = _sentence(problem, item.seed)
     return AttemptReport(
         item.config_hash,
         item.seed,
@@ -147,15 +144,35 @@ def run_work_item(item: WorkItem) -> AttemptReport:
     )
 
 
+def _sentence(problem: Exception, seed: int) -> str:
+    """Return the sentence of an attempt that raised, the same each time.
+
+    Raises:
+        SimulationError: The environment is the cause.
+    """
+    if fault := environment_fault(problem):
+        raise SimulationError(
+            f"seed {seed} could not run on {socket.gethostname()}: {fault}; that is no result, so the study stops; "
+            "finished attempts are kept, and the same command runs the rest"
+        ) from problem
+    if isinstance(problem, SimulationError):
+        problem.forget_states()
+        text = shortened(problem.reason)
+    else:
+        text = str(problem) if isinstance(problem, PilegraspError) else f"{type(problem).__name__}: {problem}"
+    # The name of a file may not be Unicode, but the store's text is.
+    return shortened(text).encode("utf-8", errors="backslashreplace").decode()
+
+
 def _run(item: WorkItem) -> tuple[str, bool, bytes | None]:
     from ..episode import run
 
     episode = run(item.scenario, seed=item.seed, record=item.record != "no" or item.measure is not None)
     document = repeatable(episode)
     if item.measure is not None and episode.recording is not None:
-        document["measures"] = dict(load_measure(item.measure)(episode.recording))
+        document["measures"] = measured(item.measure, episode.recording)
     wanted = item.record == "yes" or (item.record == "failures" and not episode.success)
-    recording = _bytes(episode.recording) if wanted and episode.recording is not None else None
+    recording = episode.recording.to_bytes() if wanted and episode.recording is not None else None
     return json.dumps(document, allow_nan=False), episode.success, recording
 
 
@@ -166,26 +183,33 @@ def repeatable(episode: EpisodeResult) -> dict[str, Any]:
     return document | {"controller": {key: value for key, value in controller.items() if not key.endswith("_us")}}
 
 
-def load_measure(name: str) -> Measure:
-    """Return the function with a dotted name.
+def measured(name: str, recording: Recording) -> dict[str, Any]:
+    """Return what a measure says of a recording, as JSON values.
+
+    Raises:
+        ConfigurationError: There is no such measure, it raises, or it returns something else.
+    """
+    function = load_measure(name).function
+    try:
+        values = function(recording)
+    except PilegraspError:
+        raise
+    except Exception as error:
+        raise ConfigurationError(f"measure = {name!r} raised {explain(error)}") from error
+    try:
+        # numpy's numbers and arrays become plain values.
+        plain = json.loads(json.dumps(dict(values), default=lambda value: value.tolist(), allow_nan=False))
+    except (TypeError, ValueError, AttributeError) as error:
+        raise ConfigurationError(
+            f"measure = {name!r} returned {values!r:.120}, which is no dict of finite numbers: {error}"
+        ) from None
+    return dict(plain)
+
+
+def load_measure(name: str) -> Plugin:
+    """Return the measure with a name `module:function`.
 
     Raises:
         ConfigurationError: The module cannot be imported, or has no such function.
     """
-    module, function = measure_module(name), name.rpartition(".")[2]
-    try:
-        found = getattr(module, function)
-    except AttributeError as error:
-        raise ConfigurationError(
-            f"measure = {name!r} cannot be imported ({error}); give package.module.function"
-        ) from None
-    if not callable(found):
-        raise ConfigurationError(f"measure = {name!r} is not a function; give package.module.function")
-    return found  # type: ignore[no-any-return]
-
-
-def _bytes(recording: Recording) -> bytes:
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"{os.getpid()}.npz"
-        recording.save(file)
-        return file.read_bytes()
+    return load_plugin(name, "measure", ("recording",))

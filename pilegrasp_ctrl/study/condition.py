@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,6 +13,7 @@ from typing import Any
 from ..config import Scenario, load_scenario
 from ..exceptions import ConfigurationError
 from ..scenarios import is_file
+from . import MAX_CONDITIONS
 
 
 @dataclass(frozen=True)
@@ -61,8 +63,9 @@ def conditions(
         overrides: Dotted keys and values that all combinations share.
 
     Raises:
-        ConfigurationError: A combination is not a valid scenario, a key has no values or is also in `overrides`, or two
-            combinations are the same configuration. One sentence names everything that is wrong.
+        ConfigurationError: A combination is not a valid scenario, a key has no values or is also in `overrides`, there
+            are too many combinations, or two of them are the same configuration. One sentence names everything that is
+            wrong.
     """
     shared = dict(overrides or {})
     for key, values in vary.items():
@@ -70,6 +73,11 @@ def conditions(
             raise ConfigurationError(f"{key} is varied but has no values; give at least one, as in {key}=1,2")
         if key in shared:
             raise ConfigurationError(f"{key} is set and varied; leave out one of the two")
+    count = math.prod(len(values) for values in vary.values())
+    if count > MAX_CONDITIONS:
+        raise ConfigurationError(
+            f"{', '.join(vary)} have {count:.3g} combinations; {MAX_CONDITIONS} are allowed, so leave out some values"
+        )
     found: list[Condition] = []
     # The same sentence comes from every combination that holds the value; a dictionary keeps each once, in order.
     wrong: dict[str, None] = {}

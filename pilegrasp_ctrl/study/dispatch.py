@@ -79,7 +79,7 @@ def dispatch(
             when the pool's retries are used up.
 
     Raises:
-        SimulationError: The scheduler of a cluster was lost.
+        SimulationError: The scheduler of a cluster was lost, or the memory is too small.
         PilegraspError: The function raised. Every other work item would fail too, so the dispatch ends.
     """
     waiting = deque((item, 0) for item in work_items)
@@ -105,6 +105,11 @@ def dispatch(
                 raise error
             elif deaths < pool.retries:
                 waiting.appendleft((item, deaths + 1))
+            elif isinstance(error, MemoryError):
+                raise SimulationError(
+                    "the memory is too small for this work, which is no result of it; finished work is kept; run the "
+                    "same command again with fewer workers"
+                ) from error
             else:
                 batch.append((item, worker_died(item, deaths + 1)))
         if batch:

@@ -3,45 +3,57 @@
 from __future__ import annotations
 
 import json
+import platform
 from collections.abc import Iterable, Mapping
-from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from ..config import Scenario
 from ..exceptions import ConfigurationError
-from ..provenance import code_digest, digest, version_of, versions
-from ..robots import path as robot_file
-from ..scenarios import object_digests, object_files
-
-SOLVERS = {"osqp": "osqp", "proxqp": "proxsuite", "quadprog": "quadprog"}
-"""Package of each solver that only some attempts use."""
+from ..hand_folder import is_path
+from ..plugins import plugin_digest
+from ..provenance import (
+    SOLVER_PACKAGES,
+    code_digest,
+    deciding_packages,
+    digest,
+    python_version,
+    version_of,
+    versions,
+)
+from ..robots import folder_digest, is_folder
+from ..scenarios import object_digests, object_files, object_parts
 
 
 def origins_of(scenarios: Iterable[Scenario], measure: str | None = None) -> dict[str, str]:
     """Return the version or digest of everything in this installation that the scenarios' results depend on, by name.
 
-    The scenario's own values and the files of the user are part of its `config_hash`.
+    Names and files are found from the code and the scenarios. The scenario's own values, the files of the user and the
+    code of a plan are part of its `config_hash`.
 
     Raises:
         ConfigurationError: A file cannot be read, or the module of `measure` cannot be found.
         ModelError: A robot or hand is not known.
     """
-    found = versions() | {"the simulation's code": code_digest()}
-    found["measure"] = measure or "none"
+    found = {"Python": python_version(), "machine": platform.machine()} | versions()
+    found |= {package: version_of(package) for package in deciding_packages()}
+    found |= {"the simulation's code": code_digest(), "measure": measure or "none"}
     if measure is not None:
-        found["the measure's code"] = _measure_digest(measure)
+        found["the measure's code"] = plugin_digest(measure, "measure", ("recording",))
     shipped = object_files()
     for scenario in scenarios:
-        for folder in ((scenario.robot,), ("hands", scenario.hand)):
-            found["/".join(("robots", *folder))] = _folder_digest(robot_file(*folder))
-        if scenario.pile.count and scenario.pile.object in shipped:
-            found[f"objects/{scenario.pile.object}"] = _object_digest(shipped[scenario.pile.object])
-        if package := SOLVERS.get(scenario.controller.solver):
-            found[package] = version_of(package)
-        if scenario.controller.compiled:
-            found["numba"] = version_of("numba")
+        # A user's folder counts in config_hash, and its path may differ between two workers.
+        arms = [scenario.robot] if not is_folder(scenario.robot) else []
+        used = [scenario.hand, *filter(None, [scenario.strategy.pushing_hand])]
+        hands = [f"hands/{hand}" for hand in used if not is_path(hand)]
+        for robot in (*arms, *hands):
+            found[f"robots/{robot}"] = folder_digest(robot)
+        if scenario.pile.count:
+            for name in object_parts(scenario.pile.object):
+                if name in shipped:
+                    found[f"objects/{name}"] = _object_digest(shipped[name])
+        packages, _ = SOLVER_PACKAGES[scenario.controller.solver]
+        found |= {package: version_of(package) for package in packages}
     return found
 
 
@@ -95,35 +107,5 @@ def _is_digest(identity: str) -> bool:
     return identity.startswith("sha256:")
 
 
-def _folder_digest(folder: Path) -> str:
-    """Return a digest of a robot's or hand's files; README and Python files are left out, as no result uses them."""
-    files = sorted(file for file in folder.rglob("*") if file.is_file() and file.suffix not in (".md", ".py", ".pyc"))
-    return digest((str(file.relative_to(folder)), file.read_bytes()) for file in files)
-
-
 def _object_digest(file: Path) -> str:
     return digest(("", part.encode()) for part in object_digests(file))
-
-
-def measure_module(name: str) -> ModuleType:
-    """Return the module of a measure with the dotted name `package.module.function`.
-
-    Raises:
-        ConfigurationError: The module cannot be imported.
-    """
-    try:
-        return import_module(name.rpartition(".")[0])
-    except (ImportError, ValueError) as error:
-        raise ConfigurationError(
-            f"measure = {name!r} cannot be imported ({error}); give package.module.function"
-        ) from None
-
-
-def _measure_digest(name: str) -> str:
-    """Return a digest of the measure's module and of the other modules of its package, which it may use."""
-    file = measure_module(name).__file__
-    if file is None:
-        return "none"
-    in_package = "." in name.rpartition(".")[0]
-    files = sorted(Path(file).parent.rglob("*.py")) if in_package else [Path(file)]
-    return digest((other.name, other.read_bytes()) for other in files)

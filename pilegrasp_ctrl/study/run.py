@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -10,11 +11,14 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from ..exceptions import ConfigurationError
-from ..files import locked, make_folder
+from ..files import STUDY_FILE, locked, make_folder
+from ..plugins import plugin_folders
+from . import MAX_JOBS, MAX_SEED, check_count
 from .attempt import AttemptReport, WorkItem, load_measure, run_work_item
 from .condition import Attempt, Condition
 from .dispatch import Pool, dispatch
 from .origins import origins_of
+from .scheduler import Scheduler
 from .store import StudyStore
 from .worker_pool import WorkerPool
 
@@ -67,11 +71,12 @@ def run_study(
     folder: str | Path,
     *,
     jobs: int = 2,
-    scheduler: str | None = None,
+    scheduler: Scheduler | str | None = None,
     record: Record = "none",
     measure: str | None = None,
     configuration: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
+    pool: Pool | None = None,
 ) -> StudyStore:
     """Run the attempts that the folder's store does not hold yet, and return the open store.
 
@@ -82,13 +87,14 @@ def run_study(
         attempts: Conditions and seeds.
         folder: Folder of the study; made if it is missing.
         jobs: Number of worker processes on this machine.
-        scheduler: Address of a dask scheduler; its workers are used instead of processes on this machine.
+        scheduler: Dask scheduler, or its address; its workers are used instead of processes on this machine.
         record: Attempts of this run that leave a recording: none, those without success, the first seed of each
             condition in `attempts`, or all.
-        measure: Dotted name of a function `f(recording) -> mapping of JSON values`, whose result becomes
-            `result["measures"]`; workers import it.
+        measure: Name `module:function` of a function `f(recording) -> mapping of JSON values`, whose result becomes
+            `result["measures"]`. Workers load it, too, from the folders of `use_plugins`.
         configuration: JSON values that identify the study; a folder that holds other values is refused.
         progress: Callback at the beginning and whenever attempts have finished.
+        pool: Workers of `open_pool`, for one call of many; used instead of `jobs` and `scheduler`.
 
     Raises:
         PilegraspError: A scenario cannot be used, the store was made by another version or for another study, or the
@@ -96,13 +102,42 @@ def run_study(
     """
     if record not in get_args(Record):
         raise ConfigurationError(f"record = {record!r} is not known; choose from {', '.join(get_args(Record))}")
-    if jobs < 1:
-        raise ConfigurationError(f"jobs = {jobs} must be at least 1")
+    if not 1 <= jobs <= MAX_JOBS:
+        raise ConfigurationError(f"jobs = {jobs} must be at least 1 and at most {MAX_JOBS}")
+    check_count(len(attempts), "the study asks")
     for _, seed in attempts:
-        if not isinstance(seed, int) or not 0 <= seed < 2**63:
+        if not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
             raise ConfigurationError(f"seed = {seed!r} must be a whole number from 0 to 2^63 - 1")
+    if isinstance(scheduler, str):
+        scheduler = Scheduler(scheduler)
     if measure is not None:
         load_measure(measure)
+    with contextlib.ExitStack() as stack:
+        # A scheduler that does not answer is found before models are built and kernels compiled.
+        cluster = pool
+        if pool is None and scheduler is not None and not _holds_all(Path(folder), attempts):
+            cluster = stack.enter_context(open_pool(jobs, scheduler))
+        return _run_missing(attempts, Path(folder), jobs, cluster, record, measure, configuration, progress)
+
+
+def _holds_all(folder: Path, attempts: Sequence[Attempt]) -> bool:
+    """Return whether a folder holds a study with all these attempts."""
+    if not (folder / STUDY_FILE).is_file():
+        return False
+    with StudyStore(folder) as store:
+        return not store.missing(attempts)
+
+
+def _run_missing(
+    attempts: Sequence[Attempt],
+    folder: Path,
+    jobs: int,
+    cluster: Pool | None,
+    record: Record,
+    measure: str | None,
+    configuration: Mapping[str, Any] | None,
+    progress: Progress | None,
+) -> StudyStore:
     distinct: dict[str, Condition] = {}
     first: dict[str, int] = {}
     for condition, seed in attempts:
@@ -110,7 +145,6 @@ def run_study(
         first.setdefault(condition.config_hash, seed)
     check_conditions(list(distinct.values()))
     origins = origins_of((condition.scenario for condition in distinct.values()), measure)
-    folder = Path(folder)
     make_folder(folder)
     with locked(folder, "study"):
         store = StudyStore(folder, create=True)
@@ -126,10 +160,11 @@ def run_study(
                     _record_of(record, seed == first[condition.config_hash]),
                     measure,
                     origins,
+                    plugin_folders(),
                 )
                 for condition, seed in missing
             ]
-            _run_work_items(store, work_items, owners, attempts, jobs, scheduler, progress)
+            _run_work_items(store, work_items, owners, attempts, jobs, cluster, progress)
         except BaseException:
             store.close()
             raise
@@ -160,7 +195,7 @@ def _run_work_items(
     owners: Mapping[tuple[str, int], Condition],
     attempts: Sequence[Attempt],
     jobs: int,
-    scheduler: str | None,
+    cluster: Pool | None,
     progress: Progress | None,
 ) -> None:
     rows = store.attempts(attempts)
@@ -175,7 +210,8 @@ def _run_work_items(
     show()
     if not work_items:
         return
-    with _pool(min(jobs, len(work_items)), scheduler) as pool:
+    workers = open_pool(min(jobs, len(work_items)), None) if cluster is None else contextlib.nullcontext(cluster)
+    with workers as pool:
         for batch in dispatch(pool, run_work_item, work_items, _report_death):
             reports = [report for _, report in batch]
             store.add([(owners[report.config_hash, report.seed], report) for report in reports])
@@ -185,7 +221,8 @@ def _run_work_items(
             show()
 
 
-def _pool(jobs: int, scheduler: str | None) -> AbstractContextManager[Pool]:
+def open_pool(jobs: int, scheduler: Scheduler | None = None) -> AbstractContextManager[Pool]:
+    """Return `jobs` processes of this machine, started when they are needed, or the workers of a scheduler."""
     if scheduler is None:
         return WorkerPool(jobs)
     from .cluster_pool import ClusterPool

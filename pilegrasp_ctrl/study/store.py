@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -13,12 +13,27 @@ from typing import Any, Self
 from ..config import Scenario, build_scenario
 from ..exceptions import ConfigurationError, ExportError
 from ..files import RECORDINGS, STUDY_FILE, make_folder, write_output
+from ..stored_rows import (
+    DIGESTS,
+    READ_ERRORS,
+    check_pages,
+    damaged_row,
+    digests_in,
+    open_for_reading,
+    read_rows,
+    reason_of,
+    tables_of,
+    write_digests,
+)
 from .attempt import AttemptReport, AttemptRow
 from .condition import Attempt, Condition
 from .origins import compare, difference
+from .stored_attempt import attempt_row, parsed
 
-FORMAT = "pilegrasp-study 1"
-"""Format of the file, noted in the table `about`."""
+FORMAT = "pilegrasp-study 2"
+"""Format of the file, noted in the table `about`: its rows have digests."""
+FORMER_FORMAT = "pilegrasp-study 1"
+"""Format without digests, which is still read."""
 LOCK_TIMEOUT = 60.0
 """How long a writer waits for a reader that locks the file [s] (chosen)."""
 
@@ -42,10 +57,7 @@ CREATE TABLE costs (
     host TEXT NOT NULL,
     PRIMARY KEY (config_hash, seed)
 ) WITHOUT ROWID;
-"""
-_ROWS = """
-SELECT config_hash, seed, condition, result, error
-FROM attempts JOIN scenarios USING (config_hash) ORDER BY number, seed
+CREATE TABLE digests (digest TEXT PRIMARY KEY) WITHOUT ROWID;
 """
 
 
@@ -54,7 +66,7 @@ class StudyStore:
 
     Only one process writes. A transaction is on the disk before the next attempt is handed out. The rollback journal
     with `synchronous=EXTRA` survives a loss of power and works on network file systems. It leaves one file, which can
-    be copied.
+    be copied. Every row has a digest: one that is not as it was written is an error that names it.
     """
 
     def __init__(self, folder: str | Path, *, create: bool = False) -> None:
@@ -83,12 +95,22 @@ class StudyStore:
 
     def _open(self, create: bool) -> None:
         with self._explained():
+            open_for_reading(self._connection)
             self._connection.execute("PRAGMA synchronous=EXTRA")
-            known = {name for (name,) in self._connection.execute("SELECT name FROM sqlite_master WHERE type='table'")}
+            check_pages(self._connection, self.path)
+            known = tables_of(self._connection)
             if not known and create:
                 self._make()
-            elif "about" not in known or self.about("format") != FORMAT:
+            format_ = self.about("format") if "about" in known or not known else None
+            self._digests = DIGESTS in tables_of(self._connection)
+            if format_ not in (FORMAT, FORMER_FORMAT) or self._digests != (format_ == FORMAT):
                 raise ExportError(f"{self.path}: is not a study that this version can read; choose another folder")
+        self._read("about")
+        self._read_scenarios()
+
+    def _read_scenarios(self) -> None:
+        """Keep the rows of the scenarios, by hash: they are few, and asked for one by one."""
+        self._scenarios = {row[1]: row for row in self._read("scenarios")}
 
     def __enter__(self) -> Self:
         """Return the store."""
@@ -108,8 +130,10 @@ class StudyStore:
     def _explained(self) -> Iterator[None]:
         try:
             yield
-        except sqlite3.Error as error:
-            raise ExportError(f"{self.path}: is not a study, is damaged, or cannot be written: {error}") from None
+        except READ_ERRORS as error:
+            raise ExportError(
+                f"{self.path}: is not a study, is damaged, or cannot be written: {reason_of(error)}"
+            ) from None
 
     @contextmanager
     def _transaction(self) -> Iterator[sqlite3.Connection]:
@@ -118,7 +142,8 @@ class StudyStore:
             try:
                 yield self._connection
             except BaseException:
-                self._connection.execute("ROLLBACK")
+                with suppress(sqlite3.Error):  # SQLite may have done so itself, as on a full disk
+                    self._connection.execute("ROLLBACK")
                 raise
             self._connection.execute("COMMIT")
 
@@ -127,16 +152,25 @@ class StudyStore:
             for statement in filter(str.strip, _TABLES.split(";")):
                 connection.execute(statement)
             connection.execute("INSERT INTO about VALUES ('format', ?)", (FORMAT,))
+            write_digests(connection, "about", [("format", FORMAT)])
+
+    def _read(self, table: str) -> list[tuple[Any, ...]]:
+        """Return the rows of a table.
+
+        Raises:
+            ExportError: A row is damaged, or the file cannot be read.
+        """
+        with self._explained():
+            return read_rows(self._connection, self.path, table, digests_in(self._connection))
 
     def about(self, key: str) -> str | None:
         """Return the value of a key of the table `about`, or None."""
-        row = self._connection.execute("SELECT value FROM about WHERE key = ?", (key,)).fetchone()
-        return None if row is None else str(row[0])
+        value = dict(self._read("about")).get(key)
+        return None if value is None else str(value)
 
     def origins(self) -> dict[str, str]:
         """Return the version or digest of everything that the results depend on, by name."""
-        with self._explained():
-            return dict(self._connection.execute("SELECT name, identity FROM origins"))
+        return {str(name): str(identity) for name, identity in self._read("origins")}
 
     def adopt(
         self,
@@ -160,7 +194,7 @@ class StudyStore:
         asked = None if configuration is None else json.dumps(configuration, sort_keys=True)
         known = self.about("configuration")
         if asked is not None and known is not None and asked != known:
-            reason = difference(json.loads(known), json.loads(asked))
+            reason = difference(parsed(known, self.path, "about", ("configuration",)), json.loads(asked))
             raise ConfigurationError(
                 f"{self.path} holds another study: {reason}; choose another folder, or repeat the command that began it"
             )
@@ -170,6 +204,11 @@ class StudyStore:
             connection.executemany("INSERT OR IGNORE INTO scenarios (config_hash, scenario) VALUES (?, ?)", scenarios)
             if asked is not None:
                 connection.execute("INSERT OR IGNORE INTO about VALUES ('configuration', ?)", (asked,))
+            if self._digests:
+                # The rows that were there have been checked when the file was opened.
+                for table in ("about", "scenarios"):
+                    write_digests(connection, table, read_rows(connection, self.path, table, None))
+        self._read_scenarios()
 
     def missing(self, attempts: Sequence[Attempt]) -> list[Attempt]:
         """Return the attempts without a row, each once, in their order."""
@@ -191,10 +230,13 @@ class StudyStore:
                 make_folder(self.folder / RECORDINGS)
                 write_output(self.recording_file(*key), report.recording, "recording", durable=True)
             rows.append((*key, json.dumps(condition.as_dict()), report.result, report.error))
-            costs.append((*key, report.processor_time, report.wall_time, report.host))
+            costs.append((*key, float(report.processor_time), float(report.wall_time), report.host))
         with self._transaction() as connection:
             connection.executemany("INSERT INTO attempts VALUES (?, ?, ?, ?, ?)", rows)
             connection.executemany("INSERT OR REPLACE INTO costs VALUES (?, ?, ?, ?, ?)", costs)
+            if self._digests:
+                write_digests(connection, "attempts", rows)
+                write_digests(connection, "costs", costs)
 
     def attempts(self, asked: Sequence[Attempt] | None = None) -> list[AttemptRow]:
         """Return the rows of the given attempts that exist, in the order of the attempts.
@@ -203,21 +245,31 @@ class StudyStore:
         asked for, and then by seed.
 
         Raises:
-            ExportError: The file cannot be read.
+            ExportError: The file cannot be read, or a row in it is damaged.
         """
-        with self._explained():
-            rows = self._connection.execute(_ROWS).fetchall()
+        order = {config_hash: row[0] for config_hash, row in self._scenarios.items()}
+        rows = self._read("attempts")
+        for row in rows:
+            if row[0] not in order or not isinstance(row[1], int):
+                raise damaged_row(self.path, "attempts", row)
         if asked is None:
-            return [_row(*row) for row in rows]
+            rows.sort(key=lambda row: (order[row[0]], row[1]))
+            return [attempt_row(row, self.path) for row in rows]
         known = {row[:2]: row for row in rows}
         keys = dict.fromkeys((condition.config_hash, seed) for condition, seed in asked)
-        return [_row(*known[key]) for key in keys if key in known]
+        return [attempt_row(known[key], self.path) for key in keys if key in known]
 
     def costs(self) -> dict[tuple[str, int], tuple[float, float]]:
-        """Return processor time and wall time of each attempt [s], by hash and seed."""
-        with self._explained():
-            rows = self._connection.execute("SELECT config_hash, seed, processor_time, wall_time FROM costs")
-            return {row[:2]: row[2:] for row in rows}
+        """Return processor time and wall time of each attempt [s], by hash and seed.
+
+        Raises:
+            ExportError: The file cannot be read, or a row in it is damaged.
+        """
+        rows = self._read("costs")
+        for row in rows:
+            if not all(isinstance(seconds, int | float) for seconds in row[2:4]):
+                raise damaged_row(self.path, "costs", row)
+        return {row[:2]: row[2:4] for row in rows}
 
     def scenario(self, config_hash: str) -> Scenario:
         """Return the complete scenario of a row; `pilegrasp_ctrl.run` with it and the row's seed repeats the attempt.
@@ -235,18 +287,13 @@ class StudyStore:
 
         Raises:
             ConfigurationError: No scenario has this hash.
+            ExportError: The file cannot be read, or the scenario is damaged.
         """
-        with self._explained():
-            query = "SELECT scenario FROM scenarios WHERE config_hash = ?"
-            row = self._connection.execute(query, (config_hash,)).fetchone()
-        if row is None:
+        if config_hash not in self._scenarios:
             raise ConfigurationError(f"{self.path}: no scenario has the hash {config_hash!r}")
-        return dict(json.loads(row[0]))
+        row = self._scenarios[config_hash]
+        return parsed(row[2], self.path, "scenarios", row)
 
     def recording_file(self, config_hash: str, seed: int) -> Path:
         """Return the path of the recording of an attempt, whether it was made or not."""
         return self.folder / RECORDINGS / f"{config_hash}-{seed}.npz"
-
-
-def _row(config_hash: str, seed: int, condition: str, result: str | None, error: str | None) -> AttemptRow:
-    return AttemptRow(config_hash, seed, json.loads(condition), None if result is None else json.loads(result), error)

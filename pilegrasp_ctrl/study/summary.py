@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
+from statistics import fmean
 from typing import Any
 
 from ..statistics import wilson
@@ -26,6 +27,7 @@ class SummaryRow:
         multiple: Number of attempts that held more than one object.
         triggered: Number of attempts whose push ended because the wrist sensor felt F_grasp.
         errors: Number of attempts that raised; they count as not successful.
+        measures: Mean of each number of the measure, over the attempts that have it; empty without a measure.
     """
 
     condition: Mapping[str, Any]
@@ -37,10 +39,12 @@ class SummaryRow:
     multiple: int
     triggered: int
     errors: int
+    measures: Mapping[str, float] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain JSON values."""
-        return asdict(self)
+        """Return plain JSON values; `measures` only if there are any."""
+        document = asdict(self)
+        return document if self.measures else {key: value for key, value in document.items() if key != "measures"}
 
 
 def summarise(store: StudyStore | Iterable[AttemptRow], attempts: Sequence[Attempt] | None = None) -> list[SummaryRow]:
@@ -73,4 +77,15 @@ def _summary(rows: list[AttemptRow]) -> SummaryRow:
         multiple=sum(row.grasped > 1 for row in rows),
         triggered=sum(row.triggered for row in rows),
         errors=sum(row.error is not None for row in rows),
+        measures=_means(rows),
     )
+
+
+def _means(rows: list[AttemptRow]) -> dict[str, float]:
+    """Return the mean of each number of the measures; what is no number is left out."""
+    found: dict[str, list[float]] = {}
+    for row in rows:
+        for name, value in ((row.result or {}).get("measures") or {}).items():
+            if isinstance(value, int | float):
+                found.setdefault(name, []).append(float(value))
+    return {name: fmean(values) for name, values in found.items()}

@@ -16,6 +16,8 @@ from .store import StudyStore
 
 TABLES = (".csv", ".parquet")
 """Suffixes of the table files that a study can be written to."""
+MAX_COLUMNS = 4096
+"""Largest number of columns of a table (chosen). Names that differ from row to row would make cells without end."""
 _FIRST = ("scenario", "config_hash", "seed")
 _LAST = ("success", "grasped", "triggered", "reason", "error", "processor_time")
 
@@ -50,6 +52,11 @@ def table(store: StudyStore) -> list[dict[str, Any]]:
         line |= dict(zip(_LAST, values, strict=True))
         lines.append(line | _details(row))
     columns = dict.fromkeys(column for line in lines for column in line)
+    if len(columns) > MAX_COLUMNS:
+        raise ExportError(
+            f"{store.path}: its results have {len(columns)} different names, and a table at most {MAX_COLUMNS} "
+            "columns; let a measure return the same names for each attempt"
+        )
     return [{column: _cell(line.get(column)) for column in columns} for line in lines]
 
 
@@ -117,7 +124,7 @@ def _csv(lines: list[dict[str, Any]]) -> bytes:
     writer = csv.DictWriter(text, lines[0].keys() if lines else [*_FIRST, *_LAST], lineterminator="\n")
     writer.writeheader()
     writer.writerows(lines)
-    return text.getvalue().encode()
+    return text.getvalue().encode("utf-8", errors="backslashreplace")
 
 
 def _parquet(lines: list[dict[str, Any]]) -> bytes:

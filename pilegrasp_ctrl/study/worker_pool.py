@@ -6,11 +6,12 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import partial
+from queue import Empty, LifoQueue
 from types import TracebackType
 from typing import Any, Self
 
@@ -18,6 +19,10 @@ from ..exceptions import SimulationError
 
 MAX_FAILED_STARTS = 3
 """How many workers in a row may end before they are ready (chosen). After that, no worker is expected to start."""
+RELEASE_TIMEOUT = 60.0
+"""How long the thread of a finished worker may take to give it back [s] (chosen); usually it takes microseconds."""
+END_TIMEOUT = 20.0
+"""How long a worker may take to end by itself [s] (chosen); then it is killed."""
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -34,7 +39,10 @@ class WorkerPool:
     def __init__(self, jobs: int) -> None:
         """Take the number of processes, at least 1."""
         self._jobs = jobs
-        self._idle: deque[_Worker | None] = deque([None] * jobs)
+        # The last one that worked comes first, so that processes are started only when they are needed.
+        self._idle: LifoQueue[_Worker | None] = LifoQueue()
+        for _ in range(jobs):
+            self._idle.put(None)
         self._workers: set[_Worker] = set()
         self._failed_starts = 0
 
@@ -46,9 +54,11 @@ class WorkerPool:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """End the workers."""
-        for worker in self._workers:
-            worker.end(at_once=kind is not None)
-        for worker in self._workers:
+        workers = list(self._workers)  # a killed one leaves the set
+        if kind is not None:
+            for worker in workers:
+                worker.kill()
+        for worker in workers:
             worker.join()
 
     def width(self) -> int:
@@ -56,14 +66,43 @@ class WorkerPool:
         return self._jobs
 
     def submit(self, function: Callable[[Any], Any], item: Any) -> Future[Any]:
-        """Hand a work item to an idle worker; one is idle while fewer than `width` items are under way."""
-        worker = self._idle.pop()
+        """Hand a work item to an idle worker; one is idle while fewer than `width` items are under way.
+
+        Raises:
+            SimulationError: No worker process can be started.
+        """
+        while True:
+            worker = self._take()
+            try:
+                future = worker.executor.submit(function, item)
+            except BrokenProcessPool:  # it died while it was idle, or before it was ready
+                self._forget(worker)
+                self._check_starts()
+                continue
+            future.add_done_callback(partial(self._release, worker))
+            return future
+
+    def _take(self) -> _Worker:
+        """Return an idle worker, or a new one.
+
+        A future is seen to be finished a moment before its thread gives the worker back, so this waits for that.
+        """
+        try:
+            worker = self._idle.get(timeout=RELEASE_TIMEOUT)
+        except Empty:
+            raise SimulationError(
+                f"no worker process is free after {RELEASE_TIMEOUT:g} s; finished work is kept; run the command again"
+            ) from None
         if worker is None:
-            worker = _Worker()
+            try:
+                worker = _Worker()
+            except OSError as error:
+                self._idle.put(None)
+                raise SimulationError(
+                    f"a worker process cannot be started: {error.strerror or error}; run the command with fewer --jobs"
+                ) from error
             self._workers.add(worker)
-        future = worker.executor.submit(function, item)
-        future.add_done_callback(lambda finished: self._release(worker, finished))
-        return future
+        return worker
 
     def died(self, error: BaseException) -> bool:
         """Return whether an error of a future means that the worker died or ran out of memory.
@@ -71,21 +110,28 @@ class WorkerPool:
         Raises:
             SimulationError: The worker processes cannot even start.
         """
+        self._check_starts()
+        return isinstance(error, BrokenProcessPool | MemoryError)
+
+    def _check_starts(self) -> None:
         if self._failed_starts >= MAX_FAILED_STARTS:
             raise SimulationError(
                 'the worker processes end before they start; in a script, put the call below if __name__ == "__main__"'
                 ", and leave about 300 MB of memory for each worker"
             )
-        return isinstance(error, BrokenProcessPool | MemoryError)
 
     def _release(self, worker: _Worker, future: Future[Any]) -> None:
         if future.cancelled() or not isinstance(future.exception(), BrokenProcessPool):
             self._failed_starts = 0
-            self._idle.append(worker)
-            return
+            self._idle.put(worker)
+        else:
+            self._forget(worker)
+
+    def _forget(self, worker: _Worker) -> None:
+        """Let a new worker take the place of one that died."""
         self._failed_starts = 0 if worker.was_ready() else self._failed_starts + 1
         self._workers.discard(worker)
-        self._idle.append(None)
+        self._idle.put(None)
 
 
 class _Worker:
@@ -104,16 +150,25 @@ class _Worker:
         """Return whether the process answered once."""
         return self._ready.done() and self._ready.exception() is None
 
-    def end(self, at_once: bool) -> None:
-        """Tell the process to end after its work item, or kill it."""
-        if at_once:
-            for process in list(getattr(self.executor, "_processes", {}).values()):
-                process.kill()
-        self.executor.shutdown(wait=False, cancel_futures=True)
+    def kill(self) -> None:
+        """Kill the process."""
+        for process in list((getattr(self.executor, "_processes", None) or {}).values()):
+            process.kill()
 
     def join(self) -> None:
-        """Wait until the process has ended."""
-        self.executor.shutdown(wait=True, cancel_futures=True)
+        """Wait until the process, and the thread that feeds it, have ended; kill a process that does not end.
+
+        An executor waits in the first call of `shutdown` only. A thread that is still there when Python ends may print
+        a traceback about a pipe that it closes at this moment.
+        """
+        patience = threading.Timer(END_TIMEOUT, self.kill)
+        patience.daemon = True
+        patience.start()
+        try:
+            self.executor.shutdown(wait=True, cancel_futures=True)
+        finally:
+            patience.cancel()
+            patience.join()
 
 
 @contextmanager

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..exceptions import ConfigurationError, PilegraspError
+from ..kernels.algebra import length_square
 from ..types import Array
 
 
@@ -71,8 +72,11 @@ def check_wrench(value: Any, name: str, error: type[PilegraspError] = Configurat
     Raises:
         PilegraspError: The value is not six finite numbers; the error has the given type.
     """
-    array: Array = np.asarray(value, dtype=np.float64)
-    if array.shape != (6,) or not isfinite(array.dot(array)):
+    try:
+        array: Array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise error(f"{name} must be six finite numbers, force first; it is {value!r:.80}") from None
+    if array.shape != (6,) or not isfinite(length_square(array)):
         raise error(f"{name} must be six finite numbers, force first; it is {array.tolist()}")
     return array
 

@@ -1,147 +1,172 @@
-"""The tool yields to forces like springs and dampers."""
+"""The task of a frame that yields to forces like springs and dampers."""
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
-import pinocchio as pin
-from eigenpy import LLT, SelfAdjointEigenSolver  # type: ignore[import-untyped]
+from eigenpy import SelfAdjointEigenSolver  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike
 
+from ..arm.model import ArmModel
 from ..arm.state import ArmState
-from ..exceptions import GainsError
-from ..types import Array, Reference
-from .frame_task import FrameTask
+from ..exceptions import ConfigurationError, ModelError
+from ..kernels import frame as kernels
+from ..kernels.algebra import multiply_transposed
+from ..types import Array, Pose, Reference
+from .gain_values import check_wrench
 from .gains import Impedance
+from .impedance_law import ImpedanceLaw
+from .mobility import mobility_of
+from .pose_task import FRICTION_APPROACH, PoseTask
+from .task import Objective
+from .tool_axes import turn_frame, turn_reference, turn_wrench
 
-_MIN_FREQUENCY = 1e-3
-"""Frequency whose square is added to every mode's; keeps damping finite at a singular posture [rad/s]; chosen."""
+_NO_BAND = (0.0, 0.0)
+"""Dead band of gains without one [N, N·m]."""
+_NO_WRENCH, _NO_MOBILITY = np.zeros(6), np.zeros((6, 6))
+_ROUND_OFF = 1e-9
+"""Size of a negative eigenvalue of a stiffness, relative to the largest, that counts as round-off; chosen."""
 
 
-class ImpedanceTask(FrameTask):
-    """The tool acceleration that an impedance asks for.
+class ImpedanceTask(PoseTask):
+    """The task of a frame that yields as an `Impedance`: rows sqrt(weight) (J a + Jdot_v - wanted).
 
-    Without `inertia`, with Lambda = (J M⁻¹ Jᵀ)⁻¹ the inertia that the arm shows at the tool,
-
-        Lambda (x'' - a_ref) = K e + D e' + F_des + F_env,    e' = v_ref - v,
-
-    which needs no measured wrench, because the environment itself adds F_env. The springs' part of D damps each mode of
-    (Lambda, K) at the same ratio: D = 2 ratio (Lambda # K). Here # is the geometric mean of two matrices. This is the
-    double diagonalisation of Albu-Schäffer, Ott, Frese and Hirzinger, "Cartesian impedance control of redundant
-    robots: recent results with the DLR-light-weight-arms", ICRA 2003. With `inertia`, that diagonal inertia replaces
-    Lambda; the measured wrench is cancelled and acts on this inertia instead.
+    `ImpedanceLaw` gives the wanted acceleration. Rows, weights and mask are along the axes of the gains: the world's,
+    or those of the frame in the reference's orientation. Springs along axes that turn with the frame itself would give
+    energy away.
 
     Attributes:
-        impedance: Gains [N/m, N·m/rad].
-        stiffness: (6, 6) Stiffness K [N/m, N·m/rad].
+        desired_force: (6,) Wrench to exert on the environment in place of the gains' own, world axes [N, N·m]; None
+            keeps the gains' own.
     """
 
     def __init__(
         self,
+        arm: ArmModel,
         impedance: Impedance,
+        frame: str | None = None,
+        *,
         weight: ArrayLike = 1.0,
         mask: ArrayLike | None = None,
-        stiffness: Array | None = None,
+        stiffness: ArrayLike | None = None,
     ) -> None:
-        """Set the gains.
+        """Set the gains; `set_target` sets the rest pose of the springs.
 
         Args:
+            arm: Arm whose frame it is.
             impedance: Gains [N/m, N·m/rad].
-            weight: Weights as in `FrameTask`.
-            mask: Controlled axes as in `FrameTask`.
-            stiffness: (6, 6) Symmetric, positive semi-definite matrix in place of the impedance's springs; their
+            frame: Name of the frame; None for the tool frame.
+            weight: Scalar or (6,) weights, linear axes first, relative to other tasks.
+            mask: (6,) Booleans; False leaves an axis free.
+            stiffness: (6, 6) Symmetric, positive semi-definite stiffness in place of the impedance's springs; their
                 damping stays.
 
         Raises:
             GainsError: The gains are those of motion control.
-            ArgumentError: The weights cannot be used; see `FrameTask`.
+            ConfigurationError: The stiffness cannot be used.
+            ArgumentError: A weight cannot be used.
+            ModelError: The arm has no such frame.
         """
-        if not isinstance(impedance, Impedance):
-            raise GainsError(f"impedance control takes an Impedance in N/m and N·m/rad, not {type(impedance).__name__}")
-        super().__init__(weight, mask)
-        self.impedance = impedance
-        self.stiffness: Array = np.diag(impedance.stiffness) if stiffness is None else stiffness
-        sprung = np.flatnonzero(impedance.stiffness)
-        self._factor = np.diag(np.sqrt(impedance.stiffness))[:, sprung]
-        self._sprung = bool(sprung.size) and impedance.damping_ratio > 0.0
-        self._factor_transposed = np.ascontiguousarray(self._factor.T)
-        self._damped_factor = 2.0 * impedance.damping_ratio * self._factor
-        self._floor = _MIN_FREQUENCY**2 * np.eye(len(sprung))
-        self._anisotropic = not _isotropic(self.stiffness)
-        if impedance.inertia is not None:
-            self._shaped_damping = self.damping(np.diag(1.0 / impedance.inertia))
+        self._matrix = None if stiffness is None else _spring_matrix(stiffness)
+        self._law = ImpedanceLaw(impedance, self._matrix)
+        super().__init__(arm, frame, weight, mask)
+        self.desired_force: Array | None = None
+        self._twist = np.zeros(6)
 
     def __repr__(self) -> str:
-        return f"ImpedanceTask(stiffness={self.impedance.stiffness.tolist()}, frame={self.impedance.frame!r})"
+        impedance = self._law.impedance
+        return f"ImpedanceTask({self.frame!r}, {impedance.stiffness.tolist()}, axes of {impedance.frame!r})"
 
-    def acceleration(
-        self,
-        state: ArmState,
-        reference: Reference,
-        error: Array,
-        desired_force: Array,
-        wrench: Array,
-        mobility: Array | None = None,
-    ) -> Array:
-        """Return (6,) the wanted tool acceleration [m/s², rad/s²]; everything is in the axes of the gains.
+    @property
+    def gains(self) -> Impedance:
+        """Gains [N/m, N·m/rad]."""
+        return self._law.impedance
+
+    @gains.setter
+    def gains(self, impedance: Impedance) -> None:
+        self._law = ImpedanceLaw(impedance, self._matrix)
+
+    def set_target(self, target: Reference | Pose, desired_force: ArrayLike | None = None) -> None:
+        """Set the rest pose of the springs and its motion for the coming periods.
 
         Args:
-            state: State of the arm.
-            reference: Rest pose of the springs and its motion.
-            error: (6,) Error of the pose, `pose_error(state, reference)` [m, rad].
-            desired_force: (6,) Wrench that the hand should exert on the environment [N, N·m].
-            wrench: (6,) Wrench of the environment on the hand, at the tool's origin [N, N·m]; used only if the
-                impedance has an inertia.
-            mobility: (6, 6) Mobility J M⁻¹ Jᵀ, if the caller has it already.
+            target: Reference, or a pose to rest at.
+            desired_force: (6,) Wrench to exert on the environment, world axes [N, N·m]; None keeps the gains' own.
+
+        Raises:
+            ArgumentError: The target is neither a reference nor a pose.
+            ConfigurationError: The desired force is not six finite numbers.
         """
-        impedance = self.impedance
-        rate = reference.twist - state.twist
-        force = self.stiffness.dot(error)
-        if self._anisotropic:
-            force[3:] = _moment(force[3:], error[3:])
-        force += desired_force
-        if impedance.inertia is not None:
-            force += self._shaped_damping.dot(rate)
-            force += wrench
-            return reference.acceleration + force / impedance.inertia
-        if mobility is None:
-            mobility = state.J.dot(LLT(state.M).solve(state.J.T))
-        if self._sprung:
-            force += self._damped_factor.dot(self._inverse_root(mobility).dot(self._factor_transposed.dot(rate)))
-        rate *= impedance.damping
-        force += rate
-        return reference.acceleration + mobility.dot(force)
+        super().set_target(target)
+        self.desired_force = None if desired_force is None else check_wrench(desired_force, "desired_force")
 
-    def damping(self, mobility: Array) -> Array:
-        """Return D (6, 6) [N·s/m, N·m·s/rad] for the tool's mobility Lambda⁻¹ (6, 6).
+    def rows(self, state: ArmState) -> Objective:
+        """Return the six rows at a state.
 
-        With K = B Bᵀ, Lambda # K = B (Bᵀ Lambda⁻¹ B)^-½ Bᵀ for any factor B. The bracket's eigenvalues are the squares
-        of the modes' natural frequencies [rad²/s²]. At a singular posture one of them would be zero; a small floor
-        prevents that. The acceleration stays finite, because the mobility multiplies the force afterwards.
+        Raises:
+            ConfigurationError: The task has no target yet.
+            ModelError: The gains have an inertia, and the state's wrench is missing or not finite.
         """
-        damping = np.diag(self.impedance.damping)
-        if self._sprung:
-            damping += self._damped_factor.dot(self._inverse_root(mobility).dot(self._factor_transposed))
-        return damping
+        view, target, gains = self.view(state), self.require_target(), self.gains
+        kernels.pose_error(target.pose.translation, target.pose.rotation, view.translation, view.rotation, self._error)
+        wrench = self._wrench(state)
+        error, desired_force = self._error, self.desired_force
+        if gains.frame == "tool":
+            axes = target.pose.rotation
+            view, target, error = turn_frame(axes, view), turn_reference(axes, target), turn_wrench(axes, error)
+            wrench = turn_wrench(axes, wrench)
+            desired_force = None if desired_force is None else turn_wrench(axes, desired_force)
+        if gains.dead_band != _NO_BAND:
+            wrench = _apply_dead_band(wrench, gains.dead_band)
+        self._error, self._twist = error, target.twist
+        force = gains.desired_force if desired_force is None else desired_force
+        shown = _NO_MOBILITY if gains.inertia is not None else mobility_of(state.M, view.J)
+        wanted = self._law.acceleration(view, target, error, force, wrench, shown)
+        A, b = np.empty(view.J.shape), np.empty(6)
+        kernels.frame_rows(view.J, view.Jdot_v, wanted, self.root, A, b)
+        return Objective(A, b)
 
-    def _inverse_root(self, mobility: Array) -> Array:
-        """Return (Bᵀ Lambda⁻¹ B)^-½ of the axes with a spring."""
-        squares = self._factor_transposed.dot(mobility.dot(self._factor))
-        squares += self._floor
-        root: Array = SelfAdjointEigenSolver(squares).operatorInverseSqrt()
-        return root
+    def torque(self, state: ArmState) -> Array | None:
+        """Return (nv,) the torque that cancels the measured wrench, if the gains have an inertia; see `Task`.
+
+        The dead band shortens the wrench that moves the frame. The whole wrench is cancelled, because the rest would
+        move the arm with its own, smaller inertia.
+        """
+        if self.gains.inertia is None:
+            return None
+        cancelled = np.empty(state.arm.nv)
+        multiply_transposed(self.view(state).J, self._wrench(state), cancelled)
+        return -cancelled
+
+    def velocity(self, error_rate: float) -> Array:
+        """Return (6,) the weighted velocity that the rows ask for; see `Task`."""
+        velocity = np.empty(6)
+        kernels.frame_velocity(self._error, self._twist, self.root, error_rate, *FRICTION_APPROACH, velocity)
+        return velocity
+
+    def _wrench(self, state: ArmState) -> Array:
+        if self.gains.inertia is None:
+            return _NO_WRENCH
+        return check_wrench(state.wrench, "the observed wrench", ModelError)
 
 
-def _isotropic(stiffness: Array) -> bool:
-    """Return whether K e is the gradient of ½ eᵀ K e for any rotation: no coupling, one rotational stiffness."""
-    rotation = stiffness[3:, 3:]
-    return not np.any(stiffness[:3, 3:]) and np.array_equal(rotation, rotation[0, 0] * np.eye(3))
+def _spring_matrix(value: ArrayLike) -> Array:
+    matrix = np.asarray(value, dtype=np.float64)
+    if matrix.shape != (6, 6) or not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T):
+        raise ConfigurationError(f"stiffness has the shape {matrix.shape}; give a symmetric, finite 6 x 6 matrix")
+    values = SelfAdjointEigenSolver(matrix).eigenvalues()
+    if values[0] < -_ROUND_OFF * max(values[-1], 1.0):
+        raise ConfigurationError(
+            f"stiffness has the eigenvalue {values[0]:.3g}, so it would push the tool away; raise it to 0"
+        )
+    return matrix
 
 
-def _moment(gradient: Array, rotation: Array) -> Array:
-    """Return (3,) the moment of a spring whose potential has `gradient` (3,) in the rotation vector `rotation` (3,).
-
-    Without it, springs that differ from axis to axis would give energy away on a closed path of large rotations
-    (F. Caccavale, C. Natale, B. Siciliano and L. Villani, "Six-DOF impedance control based on angle/axis
-    representations", IEEE T-RA 15(2), 1999). The two agree to first order in the rotation.
-    """
-    return pin.Jlog3(pin.exp3(rotation)).T.dot(gradient)
+def _apply_dead_band(wrench: Array, band: tuple[float, float]) -> Array:
+    """Return the wrench shortened by its dead bands, so that it does not jump at the border of a band."""
+    out = wrench.copy()
+    for part, width in ((out[:3], band[0]), (out[3:], band[1])):
+        size = sqrt(part[0] * part[0] + part[1] * part[1] + part[2] * part[2])
+        part *= 0.0 if size <= width else 1.0 - width / size
+    return out

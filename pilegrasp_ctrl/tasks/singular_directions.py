@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from math import hypot
-
 import numpy as np
-from eigenpy import LLT, ComputationInfo, SelfAdjointEigenSolver  # type: ignore[import-untyped]
+from eigenpy import SelfAdjointEigenSolver  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike
 
-from ..arm.state import ArmState
+from ..arm.state import ArmState, FrameState
+from ..kernels.algebra import cholesky, gram_of_rows, length_square
+from ..kernels.singular import singular_loss
 from ..types import Array
 from .posture_task import POSTURE_WEIGHT
-
-_REGULAR = ComputationInfo.Success
-"""Outcome of a Cholesky factorisation whose matrix is positive definite."""
 
 
 class SingularDirections:
@@ -60,29 +57,28 @@ class SingularDirections:
         self.posture_weight = posture_weight
         controlled = np.broadcast_to(np.asarray(axes, dtype=bool), (6,))
         self._axes = None if controlled.all() else np.flatnonzero(controlled)
-        self._limit = threshold**2 * np.eye(int(controlled.sum()))
 
-    def reduce(self, state: ArmState, wanted: Array) -> Array:
-        """Return the acceleration to ask for in place of `wanted` (6,) [m/s², rad/s²]; `wanted` may be overwritten."""
-        missing, axes = wanted - state.Jdot_v, self._axes
+    def reduce(self, view: ArmState | FrameState, wanted: Array) -> Array:
+        """Return the acceleration to ask for in place of `wanted` (6,) [m/s², rad/s²]; `wanted` may be overwritten.
+
+        `view` has Jacobian, Jdot v and twist of the frame.
+        """
+        missing, axes, J, twist = wanted - view.Jdot_v, self._axes, view.J, view.twist
+        if axes is not None:
+            missing, J, twist = missing[axes], J[axes], twist[axes]
         # Two exact tests find an acceleration that stays as it is, and save the costly rest. In the second, a Cholesky
         # factor exists if all squared singular values exceed the limit.
-        if hypot(*missing.tolist()) <= self.free:
+        if length_square(missing) <= self.free * self.free:
             return wanted
-        J = state.J if axes is None else state.J[axes]
-        gram = J.dot(J.T)
-        if LLT(gram - self._limit).info() == _REGULAR:
+        gram, factor = np.empty((2, len(missing), len(missing)))
+        gram_of_rows(J, -self.threshold * self.threshold, gram)
+        if cholesky(gram, factor):
             return wanted
+        gram_of_rows(J, 0.0, gram)
         solver = SelfAdjointEigenSolver(gram)
-        squares, U = solver.eigenvalues(), solver.eigenvectors()
-        twist = state.twist
-        if axes is not None:
-            missing, twist = missing[axes], twist[axes]
-        y = missing.dot(U)
-        depth = np.maximum(1.0 - squares / self.threshold**2, 0.0) ** 2
-        damped = depth * np.maximum(np.abs(y) - self.free, 0.0) / self.rate**2
-        share = damped / (np.maximum(squares, 0.0) + self.posture_weight + damped)
-        lost = U.dot(share * (y + self.damping * twist.dot(U)))
+        lost = np.empty(len(missing))
+        constants = self.threshold, self.rate, self.damping, self.free, self.posture_weight
+        singular_loss(solver.eigenvalues(), solver.eigenvectors(), missing, twist, *constants, lost)
         if axes is None:
             return wanted - lost
         wanted[axes] -= lost

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import isfinite
+from math import cos, isfinite, sin
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..exceptions import ArgumentError
+from ..kernels.algebra import product
 from ..types import Array, Pose, Reference, frozen_array
+from ..vectors import inner, norm
 from .speed_profile import (
     MAX_ACCELERATION,
     MAX_ANGULAR_ACCELERATION,
@@ -51,6 +53,7 @@ class Arc:
     profile: SpeedProfile
     end: Pose = field(repr=False)
     _offset: Array = field(repr=False)
+    _across: Array = field(repr=False)
 
     def __init__(
         self,
@@ -91,13 +94,13 @@ class Arc:
         )
         if not isfinite(angle):
             raise ArgumentError(f"angle = {angle} must be finite")
-        size = float(np.linalg.norm(axis))
+        size = norm(axis)
         if size == 0.0:
             raise ArgumentError("the axis of the arc is zero; give a direction, such as (0, 0, 1)")
         axis = frozen_array(axis / size, (3,), "axis")
-        center = frozen_array(center + axis * (axis @ (start.translation - center)), (3,), "center")
+        center = frozen_array(center + inner(axis, start.translation - center) * axis, (3,), "center")
         offset = start.translation - center
-        radius = float(np.linalg.norm(offset))
+        radius = norm(offset)
         if radius < MIN_RADIUS:
             raise ArgumentError(
                 "the tool lies on the axis of the arc; use a StraightLine without displacement to turn in place"
@@ -116,7 +119,8 @@ class Arc:
         set_(self, "length", radius * turn)
         set_(self, "profile", SpeedProfile(1.0, path_speed / turn, path_acceleration / turn) if turn else RESTING)
         set_(self, "_offset", offset)
-        set_(self, "end", self._pose(pin.exp3(self.angle * axis)))
+        set_(self, "_across", np.cross(axis, offset))
+        set_(self, "end", self._pose(self.angle, self._at_angle(self.angle)))
 
     @property
     def duration(self) -> float:
@@ -126,17 +130,23 @@ class Arc:
     def at(self, time: float) -> Reference:
         """Return the reference at `time` [s]; at rest before the start and after the end."""
         s, path_speed, path_acceleration = self.profile.at(time)
-        rotation = pin.exp3(s * self.angle * self.axis)
-        offset = rotation @ self._offset
-        angular_velocity = path_speed * self.angle * self.axis
-        angular_acceleration = path_acceleration * self.angle * self.axis
-        velocity = np.cross(angular_velocity, offset)
-        acceleration = np.cross(angular_acceleration, offset) + np.cross(angular_velocity, velocity)
-        still = np.zeros(3)
-        twist = np.concatenate((velocity, angular_velocity if self.turning else still))
-        acceleration = np.concatenate((acceleration, angular_acceleration if self.turning else still))
-        return Reference(self._pose(rotation), twist, acceleration)
+        speed, acceleration, angle = path_speed * self.angle, path_acceleration * self.angle, s * self.angle
+        offset = self._at_angle(angle)
+        forward = cos(angle) * self._across - sin(angle) * self._offset
+        twist, change = np.zeros(6), np.zeros(6)
+        twist[:3] = speed * forward
+        change[:3] = acceleration * forward - speed * speed * offset
+        if self.turning:
+            twist[3:], change[3:] = speed * self.axis, acceleration * self.axis
+        return Reference.trusted(self._pose(angle, offset), twist, change)
 
-    def _pose(self, rotation: Array) -> Pose:
-        turned = rotation @ self.start.rotation if self.turning else self.start.rotation
-        return Pose(self.center + rotation @ self._offset, turned)
+    def _at_angle(self, angle: float) -> Array:
+        """Return the vector (3,) from the centre to the tool at an angle [rad]; its derivative is `forward`."""
+        return cos(angle) * self._offset + sin(angle) * self._across
+
+    def _pose(self, angle: float, offset: Array) -> Pose:
+        rotation = self.start.rotation
+        if self.turning:
+            rotation = np.empty((3, 3))
+            product(pin.exp3(angle * self.axis), self.start.rotation, rotation)
+        return Pose.trusted(self.center + offset, rotation)

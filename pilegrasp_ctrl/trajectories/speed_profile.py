@@ -84,7 +84,7 @@ class SpeedProfile:
 
     def _on_ramp(self, time: float) -> tuple[float, float, float]:
         u = time / self.ramp
-        position = self.peak_speed * self.ramp * u**3 * (1.0 - 0.5 * u)
+        position = self.peak_speed * self.ramp * u * u * u * (1.0 - 0.5 * u)
         return position, self.peak_speed * u * u * (3.0 - 2.0 * u), self.peak_speed / self.ramp * 6.0 * u * (1.0 - u)
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import inf, sqrt
+from math import inf
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from ..kernels.algebra import product
 from ..types import Array, Pose, Reference, frozen_array
+from ..vectors import in_order, norm
 from .speed_profile import (
     MAX_ACCELERATION,
     MAX_ANGULAR_ACCELERATION,
@@ -42,6 +44,9 @@ class StraightLine:
     end: Pose = field(repr=False)
     _turns: bool = field(repr=False)
     _path: Array = field(repr=False)
+    _cruise: tuple[Array, Array] = field(repr=False)
+    _before: Reference = field(repr=False)
+    _after: Reference = field(repr=False)
 
     def __init__(
         self,
@@ -77,7 +82,7 @@ class StraightLine:
             angular_speed=angular_speed,
             angular_acceleration=angular_acceleration,
         )
-        length, angle = sqrt(displacement @ displacement), sqrt(rotation @ rotation)
+        length, angle = norm(displacement), norm(rotation)
         moves = length > 0.0 or angle > 0.0
         path_speed = min(_ratio(speed, length), _ratio(angular_speed, angle))
         path_acceleration = min(_ratio(acceleration, length), _ratio(angular_acceleration, angle))
@@ -90,6 +95,10 @@ class StraightLine:
         set_(self, "_turns", angle > 0.0)
         set_(self, "_path", np.concatenate((displacement, rotation)))
         set_(self, "end", Pose(start.translation + displacement, self._rotation(1.0)))
+        # What is the same in many periods is made once.
+        set_(self, "_cruise", self._motion(self.profile.peak_speed, 0.0))
+        set_(self, "_before", Reference.trusted(self._pose(0.0), *self._motion(0.0, 0.0)))
+        set_(self, "_after", Reference.trusted(self._pose(self.profile.length), *self._motion(0.0, 0.0)))
 
     @property
     def duration(self) -> float:
@@ -98,12 +107,27 @@ class StraightLine:
 
     def at(self, time: float) -> Reference:
         """Return the reference at `time` [s]; at rest before the start and after the end."""
+        if time <= 0.0:
+            return self._before
+        if self.profile.duration - time <= 0.0:
+            return self._after
         s, speed, acceleration = self.profile.at(time)
-        pose = Pose.trusted(self.start.translation + s * self.displacement, self._rotation(s))
-        return Reference.trusted(pose, speed * self._path, acceleration * self._path)
+        if acceleration == 0.0 and speed == self.profile.peak_speed:
+            return Reference.trusted(self._pose(s), *self._cruise)
+        return Reference.trusted(self._pose(s), speed * self._path, acceleration * self._path)
+
+    def _pose(self, s: float) -> Pose:
+        return Pose.trusted(self.start.translation + s * self.displacement, self._rotation(s))
+
+    def _motion(self, speed: float, acceleration: float) -> tuple[Array, Array]:
+        """Return read-only twist (6,) and acceleration (6,)."""
+        twist, change = speed * self._path, acceleration * self._path
+        for array in (twist, change):
+            array.setflags(write=False)
+        return twist, change
 
     def _rotation(self, s: float) -> Array:
-        return pin.exp3(s * self.rotation).dot(self.start.rotation) if self._turns else self.start.rotation
+        return _turned(self.start.rotation, s * self.rotation) if self._turns else self.start.rotation
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,14 +136,14 @@ class LineChain:
 
     Attributes:
         lines: Lines, at least one; each starts at the end of the one before.
+        duration: Time from rest to rest [s].
     """
 
     lines: tuple[StraightLine, ...]
+    duration: float = field(init=False, repr=False)
 
-    @property
-    def duration(self) -> float:
-        """Time from rest to rest [s]."""
-        return sum(line.duration for line in self.lines)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "duration", in_order(line.duration for line in self.lines))
 
     @property
     def end(self) -> Pose:
@@ -162,8 +186,7 @@ class Step:
         set_(self, "start", start)
         set_(self, "displacement", frozen_array(displacement, (3,), "displacement"))
         set_(self, "rotation", frozen_array(rotation, (3,), "rotation"))
-        turned = pin.exp3(np.array(self.rotation)) @ start.rotation
-        set_(self, "end", Pose(start.translation + self.displacement, turned))
+        set_(self, "end", Pose(start.translation + self.displacement, _turned(start.rotation, self.rotation)))
 
     @property
     def duration(self) -> float:
@@ -173,6 +196,13 @@ class Step:
     def at(self, time: float) -> Reference:
         """Return the reference at `time` [s]."""
         return Reference(self.start if time < 0.0 else self.end)
+
+
+def _turned(rotation: Array, vector: Array) -> Array:
+    """Return a rotation (3, 3) after a turn by the rotation vector (3,)."""
+    turned = np.empty((3, 3))
+    product(pin.exp3(np.array(vector)), rotation, turned)
+    return turned
 
 
 def _ratio(value: float, size: float) -> float:

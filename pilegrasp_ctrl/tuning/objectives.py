@@ -87,7 +87,7 @@ class Measured:
 
 def has_push(scenario: Scenario) -> bool:
     """Return whether a force ends one of the scenario's motions."""
-    return scenario.program != "line"
+    return scenario.traits.touches
 
 
 def objective_names(scenario: Scenario) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ def write_results(analysis: SearchAnalysis, command: str) -> dict[str, Any]:
     write_output(folder / "best.toml", best_text(analysis).encode(), "gains")
     write_output(folder / "trials.csv", trials_csv(analysis).encode(), "table")
     document = as_document(analysis)
-    write_output(folder / "index.html", page(analysis, document, command).encode(), "page")
+    write_output(folder / "index.html", page(analysis, document, command).encode("utf-8", errors="replace"), "page")
     return document
 
 

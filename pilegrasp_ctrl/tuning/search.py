@@ -13,11 +13,13 @@ from typing import Any
 from ..config import Scenario
 from ..exceptions import ConfigurationError
 from ..files import locked, make_folder, write_output
-from ..provenance import versions
-from ..robots import path as robot_file
+from ..provenance import code_digest, version_of
+from ..robots import gains_file
 from ..sim.hand import Hand
-from ..study import FIRST_JUDGING_SEED
+from ..study import FIRST_JUDGING_SEED, MAX_JOBS
+from ..study.origins import origins_of
 from ..tasks.gains import MotionGains, load_gains
+from . import MAX_TRIALS
 from .choice import choose
 from .gain_space import Gains, GainSpace, gains_table, gains_text
 from .objectives import Measured, objective_names
@@ -52,7 +54,7 @@ class Search:
         return str(self.scenario.controller.kind)
 
     def configuration(self) -> dict[str, Any]:
-        """Return the definition and the versions on which every result depends, as JSON values."""
+        """Return the definition, and the versions and digests on which every result depends, as JSON values."""
         return {
             "scenario": self.scenario.model_dump(mode="json", exclude={"summary", "tags"}),
             "seeds": list(self.seeds),
@@ -62,7 +64,8 @@ class Search:
             "required_margin": REQUIRED_MARGIN,
             "late": self.late,
             "sampler": {"seed": SAMPLER_SEED, "batch": BATCH, "spread": SPREAD},
-            "versions": versions("optuna"),
+            "origins": origins_of([self.scenario])
+            | {"optuna": version_of("optuna"), "the search's code": code_digest("tuning")},
         }
 
     def gains_file(self, number: int) -> Path:
@@ -103,7 +106,7 @@ def plan_search(
     if not 0 <= late <= 10:
         raise ConfigurationError(f"late = {late} must be between 0 and 10 control periods")
     kind = scenario.controller.kind or Hand.load(scenario.hand).controller
-    file = start or scenario.controller.gains or robot_file(scenario.robot, f"{kind}.toml")
+    file = start or scenario.controller.gains or gains_file(scenario.robot, kind)
     gains = load_gains(file)
     if isinstance(gains, MotionGains) != (kind == "operational_space"):
         raise ConfigurationError(
@@ -157,6 +160,8 @@ def run_search(
     """
     if trials < 1 or jobs < 1:
         raise ConfigurationError(f"{trials} trials in {jobs} jobs: both must be at least 1")
+    if trials > MAX_TRIALS or jobs > MAX_JOBS:
+        raise ConfigurationError(f"{trials} trials in {jobs} jobs: at most {MAX_TRIALS} in {MAX_JOBS} jobs are allowed")
     space, force = search.space, search.scenario.strategy.grasp_force
     with ExitStack() as stack:
         stack.enter_context(locked(search.folder, "search"))

@@ -13,7 +13,7 @@ from typing import NoReturn
 from ..arm.model import ArmModel
 from ..config import Scenario
 from ..episode import run
-from ..exceptions import PilegraspError, SimulationError
+from ..exceptions import PilegraspError, SimulationError, environment_fault
 from ..programs.attempt import prepare
 from ..study.dispatch import InlinePool, Pool, dispatch
 from ..study.worker_pool import WorkerPool
@@ -78,11 +78,15 @@ def resting_arm(scenario: Scenario, seed: int) -> tuple[ArmModel, Array]:
         PilegraspError: The scenario cannot be prepared.
     """
     attempt = prepare(scenario, seed)
-    return attempt.arm, attempt.simulation.observe().q
+    return attempt.arm, attempt.posture
 
 
 def run_trial(work: TrialWork) -> TrialReport:
-    """Run a trial; an error in it becomes the reason in its report."""
+    """Run a trial; an error in it becomes the reason in its report.
+
+    Raises:
+        SimulationError: The environment has refused something, such as space on a disk. That is no result.
+    """
     start = perf_counter()
     scenario = work.scenario
     measured: Measured | None = None
@@ -96,8 +100,15 @@ def run_trial(work: TrialWork) -> TrialReport:
             success += result.success
         ringing = _ringing(work)
         measured = combined(parts)
-    except PilegraspError as error:
-        reason = " ".join(str(error).split())
+    except (PilegraspError, OSError, ImportError) as error:
+        if fault := environment_fault(error):
+            raise SimulationError(
+                f"trial {work.number} could not run: {fault}; that is no result, so the search stops; finished trials "
+                "are kept, and the same command runs the rest"
+            ) from error
+        if isinstance(error, SimulationError):
+            error.forget_states()
+        reason = error.reason if isinstance(error, SimulationError) else " ".join(str(error).split())
     return TrialReport(work.number, measured, ringing, success / len(work.seeds), reason, perf_counter() - start)
 
 

@@ -12,10 +12,13 @@ from ..exceptions import ModelError, PilegraspError
 from ..provenance import ABSENT, VERSION, dependencies, version_of
 
 SOLVERS = ("daqp", "osqp")
-"""Solvers that solve a test problem."""
+"""Solvers that every installation has; they solve a test problem."""
 
 AGREEMENT = 1e-9
 """Largest relative difference between the engines [-]; chosen. The rounding of both together is below 1e-13."""
+
+ACCURACY = 1e-9
+"""Largest error of a solver's answer to the test problem [-]; chosen, far above rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +72,13 @@ def _version(name: str) -> str:
 def _solver(name: str) -> str:
     """Minimise (x - 2)² subject to x <= 1 and compare with the answer, 1."""
     import numpy as np
-    from qpsolvers import solve_qp
-    from scipy.sparse import csc_matrix
 
-    one: Any = csc_matrix([[1.0]]) if name == "osqp" else np.eye(1)
-    x = solve_qp(one, np.array([-2.0]), one, np.array([1.0]), solver=name)
-    if x is None or abs(x[0] - 1.0) > 1e-2:
+    from ..qp.program import QuadraticProgram, make_solver
+
+    one = np.ones((1, 1))
+    program = QuadraticProgram(2.0 * one, np.array([-4.0]), one, np.full(2, -np.inf), np.ones(2))
+    x = make_solver(name).solve(program)
+    if x is None or abs(x[0] - 1.0) > ACCURACY:
         raise PilegraspError(f"the answer is {x} and must be 1; install the solver again")
     return "solves a test problem"
 
@@ -112,7 +116,7 @@ def _engines() -> str:
 
 
 def _browser() -> Check:
-    from ..viewer.chromium import find_chromium
+    from ..viewer.pictures.chromium import find_chromium
 
     found = find_chromium()
     detail = found or "no Chromium; pictures and the tests of the pages need it, pages open in any browser"

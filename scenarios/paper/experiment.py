@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,8 +13,12 @@ from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
 from pilegrasp_ctrl.study.charts import svg_element
 from pilegrasp_ctrl.study.condition import Condition
 
-ROBOT, SIMULATED = 20, 50
-"""Number of attempts at a condition that the paper ran on its robot, and number that it simulated (V-A)."""
+USUAL = 50
+"""Number of attempts at a condition; the paper's in simulation (V-A)."""
+CELL = 20
+"""Number of attempts in a cell of a grid whose cells are judged together, or that is reported only."""
+FINE = 100
+"""Number of attempts where a rate is compared with 95 %, and at each condition of the strategies."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,18 +27,15 @@ class ExperimentCondition:
 
     Attributes:
         condition: Condition to run.
-        attempts: Number of attempts in the paper.
-        share: Share of a shortened run's attempts. It is less than 1 if conditions are judged together, such as the
-            cells of a grid.
+        attempts: Number of attempts.
     """
 
     condition: Condition
-    attempts: int
-    share: float = 1.0
+    attempts: int = USUAL
 
     def shortened(self, attempts: int | None) -> int:
-        """Return the number of attempts in a run that is limited to `attempts`; None gives the paper's number."""
-        return self.attempts if attempts is None else min(self.attempts, math.ceil(self.share * attempts))
+        """Return the number of attempts in a run that is limited to `attempts`; None gives the ledger's number."""
+        return self.attempts if attempts is None else min(self.attempts, attempts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +48,7 @@ class Experiment:
         paper: Result that the paper reports.
         conditions: Conditions to run.
         draw: Function from the evidence and a palette to the figure.
+        extra: Whether its conditions are no grasps of the paper's, such as null models.
     """
 
     name: str
@@ -55,6 +56,7 @@ class Experiment:
     paper: str
     conditions: tuple[ExperimentCondition, ...]
     draw: Callable[[Evidence, Palette], Figure]
+    extra: bool = False
 
     def save_figure(self, evidence: Evidence, folder: Path) -> list[str]:
         """Write the figure as SVG and PNG; return the files' names."""

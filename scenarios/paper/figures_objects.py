@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import product
 
 from matplotlib.figure import Figure
 
+from pilegrasp_ctrl.hand_folder import parameters
 from pilegrasp_ctrl.scenarios.paper.charts import (
     Palette,
     draw_rates,
@@ -18,7 +20,8 @@ from pilegrasp_ctrl.scenarios.paper.charts import (
 )
 from pilegrasp_ctrl.scenarios.paper.conditions import BEST_ANGLES, HAND, OBJECT_NAMES, SHOVEL, grasp
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
-from pilegrasp_ctrl.scenarios.paper.experiment import ROBOT, SIMULATED, Experiment, ExperimentCondition
+from pilegrasp_ctrl.scenarios.paper.experiment import CELL, FINE, USUAL, Experiment, ExperimentCondition
+from pilegrasp_ctrl.scenarios.paper.printed import printed_percent
 from pilegrasp_ctrl.study.condition import Condition
 
 STRATEGY_CASES = tuple(product(BEST_ANGLES, ("wall", "corner")))
@@ -32,27 +35,35 @@ GRID_COUNTS = (14, 15, 18, 20)
 """Numbers of objects of the grid's cells (V-C)."""
 GRID_MASS = 0.06
 """Mass of every object in the grid [kg] (V-C)."""
-GRID_SHARE = 0.25
-"""Share of a shortened run's attempts in each of the 16 cells, which are judged by their mean; chosen."""
+GRID_KEYS: dict[str, dict[str, str]] = {HAND: {}, SHOVEL: {"pile__variant": "sim"}}
+"""Further keys of the grid by end-effector."""
 
 
+@cache
 def strategy_pair(object_model: str, support: str) -> tuple[Condition, Condition]:
     """Return the conditions of the pile-based and of the object-based strategy."""
     pile_based = grasp(object_model, support, angles=BEST_ANGLES[object_model])
     return pile_based, grasp(object_model, support, strategy__kind="object")
 
 
-def roundness_grid(object_model: str, hand: str) -> list[Condition]:
-    """Return the 16 conditions of an object model."""
+@cache
+def roundness_grid(object_model: str, hand: str) -> tuple[Condition, ...]:
+    """Return the 16 conditions of an object model.
+
+    The shovel stands for the paper's simulation, so it meets the simulated objects, which share one friction.
+    """
     mass = None if object_model == "light_sphere" else GRID_MASS
-    return [
-        grasp(object_model, "wall", hand, count, mass, angles) for angles, count in product(GRID_ANGLES, GRID_COUNTS)
-    ]
+    return tuple(
+        grasp(object_model, "wall", hand, count, mass, angles, **GRID_KEYS[hand])
+        for angles, count in product(GRID_ANGLES, GRID_COUNTS)
+    )
 
 
+@cache
 def with_other_controller(hand: str) -> Condition:
     """Return light spheres with the controller that is not the hand's default."""
-    other = "impedance" if hand == HAND else "operational_space"
+    shipped = parameters(hand)["hand"]["controller"]
+    (other,) = {"operational_space", "impedance"} - {shipped}
     return grasp("light_sphere", "wall", hand, controller__kind=other)
 
 
@@ -74,10 +85,10 @@ def draw_roundness(evidence: Evidence, palette: Palette) -> Figure:
     """Draw the densities of the cells' rates: hand solid, shovel dashed."""
     figure, (axes,) = panels()
     colours = (palette.first, palette.third, palette.fourth)
-    for hand, offset in ((HAND, -0.2), (SHOVEL, 0.2)):
+    for hand, offset, simulated in ((HAND, -0.2, False), (SHOVEL, 0.2, True)):
         samples = [[evidence.sample(cell) for cell in roundness_grid(name, hand)] for name in ROUNDNESS_NAMES]
         data = [[sample.rate for sample in cells if sample.n] for cells in samples]
-        draw_violins(axes, [x + offset for x in range(3)], data, colours, hand == SHOVEL)
+        draw_violins(axes, [x + offset for x in range(3)], data, colours, simulated)
     axes.plot([], [], color=palette.ink, label="RBO Hand 2, mean")
     axes.plot([], [], color=palette.ink, linestyle="--", label="shovel, mean")
     axes.hlines([80, 80, 50], [-0.45, 0.55, 1.55], [0.45, 1.45, 2.45], color=palette.paper, linestyle=":")
@@ -91,17 +102,17 @@ def draw_roundness(evidence: Evidence, palette: Palette) -> Figure:
 def draw_end_effectors(evidence: Evidence, palette: Palette) -> Figure:
     """Draw the rate of each end-effector for each object model."""
     figure, (axes,) = panels()
-    for hand, offset, colour, name in (
-        (HAND, -0.1, palette.first, "RBO Hand 2"),
-        (SHOVEL, 0.1, palette.second, "shovel"),
+    for hand, offset, colour, name, simulated in (
+        (HAND, -0.1, palette.first, "RBO Hand 2", False),
+        (SHOVEL, 0.1, palette.second, "shovel", True),
     ):
         samples = [evidence.sample(grasp(object_model, "wall", hand)) for object_model in OBJECT_NAMES]
         places = [x + offset for x in range(len(OBJECT_NAMES))]
-        draw_rates(axes, places, samples, colour, name, simulated=hand == SHOVEL, joined=False)
+        draw_rates(axes, places, samples, colour, name, simulated=simulated, joined=False)
     axes.vlines(
         [-0.2, 0.8, 1.8], 95, 100, color=palette.paper, linewidth=4, alpha=0.4, label="paper, hand: 95 to 100 %"
     )
-    draw_stated(axes, [0.2], [85], palette, "paper, real shovel: 85 %")
+    draw_stated(axes, [0.2], [printed_percent("shovel-light")], palette, "paper, real shovel: 85 %")
     set_categories(axes, list(OBJECT_NAMES.values()))
     set_rate_axis(axes)
     put_legend_above(figure, axes)
@@ -112,7 +123,7 @@ FIG06 = Experiment(
     "fig06",
     "Fig. 6: no need to choose an object",
     "The object-based strategy never outperforms the pile-based one; beside a wall, heavy spheres show a large gap.",
-    tuple(ExperimentCondition(condition, ROBOT) for case in STRATEGY_CASES for condition in strategy_pair(*case)),
+    tuple(ExperimentCondition(condition, FINE) for case in STRATEGY_CASES for condition in strategy_pair(*case)),
     draw_strategies,
 )
 """Rates of the pile-based and the object-based strategy (V-B)."""
@@ -121,8 +132,8 @@ FIG07 = Experiment(
     "Fig. 7: roundness helps",
     "Means over the grid: at least 80 % for spheres and cylinders, below 50 % for cubes; simulation in the same order.",
     tuple(
-        ExperimentCondition(cell, attempts, GRID_SHARE)
-        for hand, attempts in ((HAND, ROBOT), (SHOVEL, SIMULATED))
+        ExperimentCondition(cell, CELL)
+        for hand in (HAND, SHOVEL)
         for object_model in ROUNDNESS_NAMES
         for cell in roundness_grid(object_model, hand)
     ),
@@ -135,9 +146,12 @@ FIG08 = Experiment(
     "Hand: 95 to 100 % for round objects. Real shovel: 85 % for light spheres, poor otherwise, and far below the "
     "simulated one. Cubes: poor for both.",
     (
-        *(ExperimentCondition(grasp(object_model, "wall", HAND), ROBOT) for object_model in OBJECT_NAMES),
-        *(ExperimentCondition(grasp(object_model, "wall", SHOVEL), SIMULATED) for object_model in OBJECT_NAMES),
-        *(ExperimentCondition(with_other_controller(hand), ROBOT) for hand in (HAND, SHOVEL)),
+        *(
+            ExperimentCondition(grasp(object_model, "wall", HAND), USUAL if object_model == "cube" else FINE)
+            for object_model in OBJECT_NAMES
+        ),
+        *(ExperimentCondition(grasp(object_model, "wall", SHOVEL)) for object_model in OBJECT_NAMES),
+        *(ExperimentCondition(with_other_controller(hand)) for hand in (HAND, SHOVEL)),
     ),
     draw_end_effectors,
 )

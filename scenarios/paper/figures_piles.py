@@ -26,7 +26,8 @@ from pilegrasp_ctrl.scenarios.paper.conditions import (
     spheres,
 )
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
-from pilegrasp_ctrl.scenarios.paper.experiment import ROBOT, SIMULATED, Experiment, ExperimentCondition
+from pilegrasp_ctrl.scenarios.paper.experiment import CELL, USUAL, Experiment, ExperimentCondition
+from pilegrasp_ctrl.scenarios.paper.printed import printed_percent
 
 SIZE_RATIOS = (0.3, 0.45, 0.6, 0.75, 0.9, 1.1, 1.3, 1.5)
 """Diameter of an object over the width of the shovel (Fig. 9)."""
@@ -103,24 +104,23 @@ def draw_pushes(evidence: Evidence, palette: Palette) -> Figure:
     figure, (axes,) = panels(width=5.0)
     samples = [evidence.sample(USUAL_PUSH), evidence.sample(HARD_PUSH)]
     draw_rates(axes, (0, 1), samples, palette.second, "RBO Hand 2")
-    draw_stated(axes, (0, 1), (60, 85), palette)
+    draw_stated(axes, (0, 1), [printed_percent(name) for name in ("push-usual", "push-hard")], palette)
     set_categories(axes, ("0.10 m/s, 17 N", "0.25 m/s, 25 N"))
     set_rate_axis(axes)
     put_legend_above(figure, axes)
     return figure
 
 
-def _count_share(mass: float, support: str, count: int) -> float:
-    """Return the share of a shortened run's attempts: half if cells are judged together."""
-    judged_alone = mass == COUNT_MASSES[0] and support != "none" and count in ROBOT_COUNTS
-    return 1.0 if judged_alone else 0.5
+def _count_attempts(mass: float) -> int:
+    """Return the attempts of the hand at a cell of Fig. 10: C7 reads the light spheres cell by cell."""
+    return USUAL if mass == COUNT_MASSES[0] else CELL
 
 
 FIG09 = Experiment(
     "fig09",
     "Fig. 9: size of the objects",
     "Success and the number of objects depend on the ratio of the object's size to the end-effector's.",
-    tuple(ExperimentCondition(sized(ratio), SIMULATED) for ratio in SIZE_RATIOS),
+    tuple(ExperimentCondition(sized(ratio)) for ratio in SIZE_RATIOS),
     draw_sizes,
 )
 """Rate and number of held objects over the size ratio (V-D)."""
@@ -131,12 +131,12 @@ FIG10 = Experiment(
     "(0 of 10), and simulated piles of 60 and more may do without one.",
     (
         *(
-            ExperimentCondition(spheres(mass, support, HAND, count), ROBOT)
+            ExperimentCondition(spheres(mass, support, HAND, count), _count_attempts(mass))
             for mass, support, count in product(ROBOT_MASSES, ("wall", "corner"), ROBOT_COUNTS)
         ),
-        ExperimentCondition(UNSUPPORTED, 10),
+        ExperimentCondition(UNSUPPORTED),
         *(
-            ExperimentCondition(spheres(mass, support, SHOVEL, count), SIMULATED, _count_share(mass, support, count))
+            ExperimentCondition(spheres(mass, support, SHOVEL, count), CELL)
             for mass, support, count in product(COUNT_MASSES, SUPPORTS, COUNTS)
         ),
     ),
@@ -149,14 +149,8 @@ FIG11 = Experiment(
     "Lighter objects are easier to grasp where the pile is supported; supports hinder heavy ones."
     " Without one, nothing works.",
     (
-        *(
-            ExperimentCondition(spheres(mass, support), ROBOT)
-            for mass, support in product(ROBOT_MASSES, ("wall", "corner"))
-        ),
-        *(
-            ExperimentCondition(spheres(mass, support, SHOVEL), SIMULATED, 0.5 if support == "none" else 1.0)
-            for mass, support in product(MASSES, SUPPORTS)
-        ),
+        *(ExperimentCondition(spheres(mass, support)) for mass, support in product(ROBOT_MASSES, ("wall", "corner"))),
+        *(ExperimentCondition(spheres(mass, support, SHOVEL)) for mass, support in product(MASSES, SUPPORTS)),
     ),
     draw_masses,
 )
@@ -165,7 +159,7 @@ VELOCITY_FORCE = Experiment(
     "velocity_force",
     "V-F: faster and harder",
     "18 heavy spheres in a corner: 60 % at 0.10 m/s and 17 N, 85 % at 0.25 m/s and 25 N.",
-    (ExperimentCondition(USUAL_PUSH, ROBOT), ExperimentCondition(HARD_PUSH, ROBOT)),
+    (ExperimentCondition(USUAL_PUSH), ExperimentCondition(HARD_PUSH)),
     draw_pushes,
 )
 """Rates at two speeds and forces of the push (V-F)."""

@@ -1,20 +1,23 @@
-"""A claim of the paper, the statements that it consists of, and the verdict on each: holds, fails or not decided."""
+"""A claim of the paper, the statements that it consists of, and the first pass of judging: outcomes and p-values."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from pilegrasp_ctrl.scenarios.paper.evidence import Evidence, Sample
-from pilegrasp_ctrl.statistics import p_greater
+from pilegrasp_ctrl.scenarios.paper.comparisons import p_higher, p_mcnemar
+from pilegrasp_ctrl.scenarios.paper.evidence import Evidence, Sample, pairs, wilson
 from pilegrasp_ctrl.study.condition import Condition
 
-Verdict = Literal["holds", "fails", "not decided"]
-"""Verdict on a statement or a claim."""
+Outcome = Literal["holds", "fails", "undecided"]
+"""What the attempts say about a statement."""
+Verdict = Literal["holds", "fails", "undecided", "calibrated", "reported"]
+"""Verdict on a statement or a row. "calibrated": a number of the model was chosen by this very statement, so it shows
+what the model was fitted to. "reported": nothing is asked."""
 
 LEVEL = 0.05
-"""Level of the one-sided test that compares two rates; chosen as usual."""
+"""Level of the one-sided tests, after Holm's correction over the tests of the ledger; chosen as usual."""
 MIN_ATTEMPTS = 10
 """Smallest number of attempts that decides a statement; chosen."""
 MAX_ERROR_SHARE = 0.1
@@ -22,24 +25,43 @@ MAX_ERROR_SHARE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
+class Significance:
+    """The p-values of "A > B" and of the reverse.
+
+    Attributes:
+        p: One-sided p-value; None where the statement asks for "at least" and the estimate reaches it.
+        reverse: One-sided p-value of the reverse.
+    """
+
+    p: float | None
+    reverse: float
+
+
+@dataclass(frozen=True, slots=True)
 class Judgement:
-    """A statement and its verdict.
+    """A statement, and what the attempts say about it.
 
     Attributes:
         statement: Statement in words, with its numbers.
-        verdict: Verdict on the statement.
+        outcome: What the attempts say; None if the test decides, which needs all tests of the ledger.
+        test: Significance of the statement, or None.
+        calibrated: Whether a number of the model was chosen by this statement.
+        reported: Whether nothing is asked.
     """
 
     statement: str
-    verdict: Verdict
+    outcome: Outcome | None = None
+    test: Significance | None = None
+    calibrated: bool = False
+    reported: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """The result of judging a claim by the evidence.
+    """The first pass over a row of the ledger.
 
     Attributes:
-        parts: Statements that the claim consists of.
+        parts: Statements that the row consists of.
         samples: Attempts behind the finding, by the name of their condition.
         numbers: Other numbers behind the finding, as JSON values.
         remark: Remark for the reader beside the verdict.
@@ -50,18 +72,13 @@ class Finding:
     numbers: dict[str, Any] = field(default_factory=dict)
     remark: str = ""
 
-    @property
-    def verdict(self) -> Verdict:
-        """The verdict of all parts together."""
-        return combine_verdicts(self.parts)
-
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """One claim of the paper, and the condition by which this project judges itself.
+    """One row of the ledger: a claim of the paper or a null model, and the condition by which this project judges it.
 
     Attributes:
-        name: Name, C1 to C16.
+        name: Name, C1 to C16 or N1 to N4.
         place: Section or figure of the claim in the paper.
         text: Claim in one sentence.
         paper: Numbers that the paper reports.
@@ -79,18 +96,10 @@ class Claim:
     shown: Sequence[Condition] = ()
 
 
-def combine_verdicts(parts: Iterable[Judgement]) -> Verdict:
-    """Return the verdict of a claim: "fails" if a part fails, "holds" if all parts hold, otherwise "not decided"."""
-    verdicts = [part.verdict for part in parts]
-    if "fails" in verdicts:
-        return "fails"
-    return "holds" if verdicts and all(verdict == "holds" for verdict in verdicts) else "not decided"
-
-
 def judge(statement: str, holds: bool, *samples: Sample, enough: int = MIN_ATTEMPTS) -> Judgement:
     """Judge a statement by whether it holds, if its samples are large enough."""
     reason = undecided_reason(*samples, enough=enough)
-    return Judgement(statement + reason, "not decided" if reason else "holds" if holds else "fails")
+    return Judgement(statement + reason, "undecided" if reason else "holds" if holds else "fails")
 
 
 def undecided_reason(*samples: Sample, enough: int = MIN_ATTEMPTS) -> str:
@@ -98,17 +107,16 @@ def undecided_reason(*samples: Sample, enough: int = MIN_ATTEMPTS) -> str:
     fewest = min((sample.n for sample in samples), default=0)
     if fewest < enough:
         return f"; {fewest or 'no'} attempts are too few" if fewest != 1 else "; 1 attempt is too few"
-    if any(sample.errors > MAX_ERROR_SHARE * sample.n for sample in samples):
-        worst = max(samples, key=lambda sample: sample.errors / sample.n)
-        return f"; {worst.errors} of {worst.n} attempts raised an error"
+    for sample in samples:
+        if sample.errors > MAX_ERROR_SHARE * sample.n:
+            return f"; {sample.errors} of {sample.n} attempts raised an error"
     return ""
 
 
 def judge_at_least(name: str, sample: Sample, least: float) -> Judgement:
     """Judge whether the rate reaches a value."""
-    return judge(
-        f"{name}: {format_rate(sample)}, at least {format_percent(least)} asked", sample.rate >= least - 1e-12, sample
-    )
+    text = f"{name}: {format_rate(sample)}, at least {format_percent(least)} asked"
+    return judge(text, sample.rate >= least - 1e-12, sample)
 
 
 def judge_below(name: str, sample: Sample, bound: float) -> Judgement:
@@ -116,49 +124,45 @@ def judge_below(name: str, sample: Sample, bound: float) -> Judgement:
     return judge(f"{name}: {format_rate(sample)}, below {format_percent(bound)} asked", sample.rate < bound, sample)
 
 
-def judge_greater(first_name: str, first: Sample, second_name: str, second: Sample) -> Judgement:
-    """Judge whether the first rate is higher; without a significant difference the statement is not decided."""
+def judge_greater(first_name: str, first: Sample, second_name: str, second: Sample, paired: bool = False) -> Judgement:
+    """Judge whether the first rate is higher, by Fisher's test, or McNemar's where the piles are the same."""
     text = f"{first_name} {format_rate(first)} above {second_name} {format_rate(second)}"
     if reason := undecided_reason(first, second):
-        return Judgement(text + reason, "not decided")
-    p = _p_higher(first, second)
-    if p < LEVEL:
-        return Judgement(f"{text}: p = {p:.2g}", "holds")
-    reverse = _p_higher(second, first)
-    return Judgement(f"{text}: p = {p:.2g}", "fails" if reverse < LEVEL else "not decided")
+        return Judgement(text + reason, "undecided")
+    if paired:
+        _, only, other, _ = pairs(first, second)
+        test = Significance(p_mcnemar(only, other), p_mcnemar(other, only))
+        text += f", {only} pairs to {other}"
+    else:
+        test = Significance(_p_higher(first, second), _p_higher(second, first))
+    return Judgement(text, None, test)
 
 
 def judge_not_less(first_name: str, first: Sample, second_name: str, second: Sample) -> Judgement:
-    """Judge whether the first rate reaches the second; a lower rate without significance is not decided."""
+    """Judge whether the first rate reaches the second; a lower rate fails only if the test of the reverse finds it."""
     text = f"{first_name} {format_rate(first)} at least {second_name} {format_rate(second)}"
     if reason := undecided_reason(first, second):
-        return Judgement(text + reason, "not decided")
+        return Judgement(text + reason, "undecided")
     if first.rate >= second.rate:
         return Judgement(text, "holds")
-    p = _p_higher(second, first)
-    return Judgement(f"{text}: it is less, p = {p:.2g}", "fails" if p < LEVEL else "not decided")
-
-
-def judge_not_above(first_name: str, first: Sample, second_name: str, second: Sample) -> Judgement:
-    """Judge whether the first rate stays at or below the second; only a significantly higher rate fails."""
-    text = f"{first_name} {format_rate(first)} not above {second_name} {format_rate(second)}"
-    if reason := undecided_reason(first, second):
-        return Judgement(text + reason, "not decided")
-    p = _p_higher(first, second)
-    return Judgement(f"{text}: p = {p:.2g} for above", "fails" if p < LEVEL else "holds")
+    return Judgement(text, None, Significance(None, _p_higher(second, first)))
 
 
 def _p_higher(first: Sample, second: Sample) -> float:
-    """Return the one-sided p-value of the hypothesis that the first rate is higher."""
-    return p_greater(first.successes, first.n, second.successes, second.n)
+    return p_higher(first.successes, first.n, second.successes, second.n)
 
 
 def format_rate(sample: Sample) -> str:
     """Return a rate with its interval as text in percent."""
-    if not sample.n:
+    return format_share(sample.successes, sample.n)
+
+
+def format_share(count: int, n: int) -> str:
+    """Return a share with its interval as text in percent."""
+    if not n:
         return "(not run)"
-    low, high = sample.interval
-    return f"{format_percent(sample.rate)} of {sample.n} ({100 * low:.0f} to {format_percent(high)})"
+    low, high = wilson(count, n)
+    return f"{format_percent(count / n)} of {n} ({100 * low:.0f} to {format_percent(high)})"
 
 
 def format_percent(share: float) -> str:

@@ -18,7 +18,7 @@ MIN_KNOWN_SHARE = 0.9
 def motion_verdict(measures: Mapping[str, Measures]) -> dict[str, dict[str, Any]]:
     """Return four answers: approach, spread, wall and separation.
 
-    Each answer has a `verdict` ("holds", "fails" or "not decided") and its numbers. Means are compared by
+    Each answer has a `verdict` ("holds", "fails" or "undecided") and its numbers. Means are compared by
     Student's one-sided t-test at `LEVEL`, two means by Welch's. The share is judged by its value, with the 95 % Wilson
     interval beside it.
 
@@ -46,25 +46,25 @@ def _all_positive(samples: Mapping[str, list[float]]) -> dict[str, Any]:
     from scipy.stats import ttest_1samp
 
     if min(map(len, samples.values())) < 2:
-        return {"verdict": "not decided", "p": None}
+        return {"verdict": "undecided", "p": None}
     p = {name: float(ttest_1samp(sample, 0.0, alternative="greater").pvalue) for name, sample in samples.items()}
     opposite = any(ttest_1samp(sample, 0.0, alternative="less").pvalue < LEVEL for sample in samples.values())
     worst = max(p.values())
-    return {"verdict": "fails" if opposite else "holds" if worst < LEVEL else "not decided", "p": worst}
+    return {"verdict": "fails" if opposite else "holds" if worst < LEVEL else "undecided", "p": worst}
 
 
 def _less(first: list[float], second: list[float]) -> dict[str, Any]:
     from scipy.stats import ttest_ind
 
     if min(len(first), len(second)) < 2:
-        return {"verdict": "not decided", "p": None}
+        return {"verdict": "undecided", "p": None}
     p, opposite = (float(ttest_ind(first, second, equal_var=False, alternative=a).pvalue) for a in ("less", "greater"))
-    return {"verdict": "holds" if p < LEVEL else "fails" if opposite < LEVEL else "not decided", "p": p}
+    return {"verdict": "holds" if p < LEVEL else "fails" if opposite < LEVEL else "undecided", "p": p}
 
 
 def _share(agreed: list[bool]) -> dict[str, Any]:
     if not agreed:
-        return {"verdict": "not decided", "n": 0, "agreed": 0, "rate": None, "ci_low": None, "ci_high": None}
+        return {"verdict": "undecided", "n": 0, "agreed": 0, "rate": None, "ci_low": None, "ci_high": None}
     ci_low, ci_high = wilson(sum(agreed), len(agreed))
     rate = sum(agreed) / len(agreed)
     return {

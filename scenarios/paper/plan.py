@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+from pilegrasp_ctrl.config import build_scenario
 from pilegrasp_ctrl.exceptions import ConfigurationError
-from pilegrasp_ctrl.scenarios.paper import figures_mechanism, figures_objects, figures_piles
+from pilegrasp_ctrl.scenarios.paper import figures_mechanism, figures_nulls, figures_objects, figures_piles
 from pilegrasp_ctrl.scenarios.paper.experiment import Experiment
 from pilegrasp_ctrl.study.condition import Attempt, Condition
 from pilegrasp_ctrl.study.store import StudyStore
 
 EXPERIMENTS = {
     experiment.name: experiment
-    for figures in (figures_objects, figures_piles, figures_mechanism)
+    for figures in (figures_objects, figures_piles, figures_mechanism, figures_nulls)
     for experiment in figures.EXPERIMENTS
 }
 """All experiments by name, in the order in which they are run and shown."""
-USUAL_COST = {"rbo_hand2": 1.5, "shovel": 0.95}
+USUAL_COST = {"rbo_hand2": 1.5, "shovel": 0.95, "plate": 0.95}
 """Processor time of an attempt with 18 objects by end-effector, with its recording and measures [s]. It is up to four
 times as long on a machine whose caches other programs use as well."""
 SPREAD_PILE_COST = 0.042
@@ -62,23 +64,52 @@ class PlannedCondition:
         return usual * (ATTEMPTS_IN_AN_ORDER if scenario.name == "bin_picking" else 1.0)
 
 
-def plan(experiments: Iterable[Experiment], attempts: int | None = None) -> list[PlannedCondition]:
+def with_settings(condition: Condition, settings: Mapping[str, Any]) -> Condition:
+    """Return a condition with keys of the user on top of its own; the condition itself without such keys.
+
+    Raises:
+        ConfigurationError: The keys cannot be used at this condition.
+    """
+    if not settings:
+        return condition
+    values = condition.scenario.model_dump(mode="json")
+    try:
+        scenario = build_scenario(values, settings)
+    except ConfigurationError as error:
+        text = ", ".join(f"{key} = {value}" for key, value in condition.varied.items())
+        raise ConfigurationError(f"--set does not fit the condition {text}: {error}") from None
+    return Condition(scenario, {**condition.varied, **settings})
+
+
+def plan(
+    experiments: Iterable[Experiment], attempts: int | None = None, settings: Mapping[str, Any] | None = None
+) -> list[PlannedCondition]:
     """Return the conditions of the experiments, each condition once.
 
     Args:
         experiments: Experiments to run.
-        attempts: Largest number of attempts at a condition; the paper's numbers if None.
+        attempts: Largest number of attempts at a condition; the ledger's numbers if None.
+        settings: Dotted keys and values on top of every condition.
+
+    Raises:
+        ConfigurationError: The settings cannot be used at one of the conditions.
     """
     found: dict[str, PlannedCondition] = {}
     for experiment in experiments:
         for part in experiment.conditions:
             number = part.shortened(attempts)
-            known = found.get(part.condition.config_hash)
+            condition = with_settings(part.condition, settings or {})
+            known = found.get(condition.config_hash)
             if known is None:
-                found[part.condition.config_hash] = PlannedCondition(part.condition, number, experiment.name)
+                found[condition.config_hash] = PlannedCondition(condition, number, experiment.name)
             elif number > known.attempts:
-                found[part.condition.config_hash] = PlannedCondition(known.condition, number, known.experiment)
+                found[condition.config_hash] = PlannedCondition(known.condition, number, known.experiment)
     return list(found.values())
+
+
+def extra_conditions() -> list[str]:
+    """Return the hashes of the conditions that are no grasps of the paper's, such as null models."""
+    return [part.condition.config_hash for part in plan(EXPERIMENTS.values()) if EXPERIMENTS[part.experiment].extra]
 
 
 @dataclass(frozen=True, slots=True)

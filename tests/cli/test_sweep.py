@@ -40,7 +40,7 @@ def begun(monkeypatch):
         return report(item)
 
     monkeypatch.setattr(run, "run_work_item", run_work_item)
-    monkeypatch.setattr(run, "_pool", lambda jobs, scheduler: InlinePool())
+    monkeypatch.setattr(run, "open_pool", lambda jobs, scheduler: InlinePool())
     return run_so_far
 
 

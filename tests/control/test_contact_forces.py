@@ -8,9 +8,9 @@ from pilegrasp_ctrl.control.contact_impedance import YIELDING_STIFFNESS, Contact
 from pilegrasp_ctrl.control.impedance import ImpedanceController
 from pilegrasp_ctrl.control.sampled_data import largest_force_gain, least_inertia, tool_mobility
 from pilegrasp_ctrl.exceptions import ConfigurationError
-from pilegrasp_ctrl.tasks.frame_task import pose_error
 from pilegrasp_ctrl.tasks.gains import Impedance
-from pilegrasp_ctrl.tasks.impedance_task import ImpedanceTask
+from pilegrasp_ctrl.tasks.impedance_law import ImpedanceLaw
+from pilegrasp_ctrl.tasks.pose_task import pose_error
 from pilegrasp_ctrl.trajectories.straight_line import StraightLine
 from pilegrasp_ctrl.types import Reference
 from spring_wall import SpringWall
@@ -153,7 +153,7 @@ def test_a_force_gain_that_would_oscillate_is_rejected():
     arm = without_friction("panda")
     gains = Impedance(SPRINGS)
     mobility = tool_mobility(arm, gains, HOME["panda"])
-    damping = ImpedanceTask(gains).damping(mobility)[0, 0]
+    damping = ImpedanceLaw(gains).damping(mobility)[0, 0]
     limit = largest_force_gain(damping, np.linalg.inv(mobility)[0, 0], LAG)
     hybrid(arm, TO_WALL, force_gain=0.9 * limit)
     with pytest.raises(ConfigurationError, match=r"force_gain = .* too large"):
@@ -166,7 +166,7 @@ def test_the_force_begins_to_oscillate_at_the_largest_force_gain(share, swings):
     arm, stiffness = without_friction("panda"), 1000.0
     gains = Impedance(SPRINGS)
     mobility = tool_mobility(arm, gains, HOME["panda"])
-    damping, inertia = ImpedanceTask(gains).damping(mobility)[2, 2], np.linalg.inv(mobility)[2, 2]
+    damping, inertia = ImpedanceLaw(gains).damping(mobility)[2, 2], np.linalg.inv(mobility)[2, 2]
     both = stiffness + YIELDING_STIFFNESS * SPRINGS[2]
     limit = largest_force_gain(damping, inertia, LAG) + LAG**2 * damping * both / (inertia + damping * LAG) ** 2
     plain = hybrid(arm, DOWN)

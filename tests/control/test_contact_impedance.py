@@ -9,14 +9,14 @@ from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.control.contact_impedance import RAMP_TIME, YIELDING_STIFFNESS, ContactImpedanceController
 from pilegrasp_ctrl.control.force_command import ForceFeedback, ForceRamp
 from pilegrasp_ctrl.control.impedance import ImpedanceController
-from pilegrasp_ctrl.control.tool_axes import move_wrench
 from pilegrasp_ctrl.episode import run
 from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.robots import path
-from pilegrasp_ctrl.sim.backend import Simulation
 from pilegrasp_ctrl.sim.hand import Hand
+from pilegrasp_ctrl.sim.simulation import Simulation
 from pilegrasp_ctrl.tasks.gains import Impedance
+from pilegrasp_ctrl.tasks.tool_axes import move_wrench
 from pilegrasp_ctrl.types import Observation, Reference
 
 IMPEDANCE = Impedance(stiffness=[2500.0, 2500.0, 2500.0, 120.0, 120.0, 120.0])
@@ -210,14 +210,18 @@ def test_a_wrench_can_be_moved_to_another_point():
 
 
 def test_the_published_gains_of_the_shovel_push_to_the_grasp_force(tmp_path, monkeypatch):
-    """They are far softer than the shipped ones, and the hand still stays within a few centimetres of its reference."""
+    """They are far softer than the shipped ones: at the wall the reference goes on until its lead overcomes friction.
+
+    The stalled hand builds up 17 N by the desired force and the dampers, which is just F_grasp. An arm that differs
+    from its model needs some newtons more, and the spring has 20 N/m.
+    """
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     gains = str(path("hands/shovel", "impedance.toml"))
     result = run("push_wall", record=True, overrides={"hand": "shovel", "controller.gains": gains})
     assert (result.success, result.outcomes[-1].trigger) == (True, "grasp force")
     error, turn = (np.max(result.recording.signals[name]) for name in ("tracking_error", "orientation_error"))
     print(f"the hand lags by {1e3 * error:.0f} mm and turns by {np.degrees(turn):.1f} degrees")
-    assert error < 0.05
+    assert error < 0.25
 
 
 def test_the_desired_force_is_kept_while_sliding_along_a_stiff_table(arm):

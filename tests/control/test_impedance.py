@@ -6,8 +6,8 @@ import pytest
 from arms import ARMS, HOME, load, simulate, without_friction
 from pilegrasp_ctrl.control.impedance import ImpedanceController
 from pilegrasp_ctrl.exceptions import ConfigurationError, ModelError
-from pilegrasp_ctrl.tasks.frame_task import pose_error
 from pilegrasp_ctrl.tasks.gains import Impedance, MotionGains
+from pilegrasp_ctrl.tasks.pose_task import pose_error
 from pilegrasp_ctrl.tasks.posture_task import PostureTask
 from pilegrasp_ctrl.types import Observation, Reference
 
@@ -112,11 +112,12 @@ def response(arm, controller, seen, push=PUSH):
     return state.J @ np.linalg.solve(state.M, output.command.torque - state.h + state.J.T @ push)
 
 
-WEAK = PostureTask(weight=1e-9)
+def weak(arm):
+    return PostureTask(arm, weight=1e-9)
 
 
 def test_without_a_shaped_inertia_a_push_accelerates_the_inertia_of_the_arm(arm):
-    controller = ImpedanceController(arm, SPRINGS, WEAK)
+    controller = ImpedanceController(arm, SPRINGS, weak(arm))
     state = at_home(arm)
     mobility = state.J @ np.linalg.inv(state.M) @ state.J.T
     np.testing.assert_allclose(response(arm, controller, PUSH), mobility @ PUSH, atol=1e-4)
@@ -125,7 +126,7 @@ def test_without_a_shaped_inertia_a_push_accelerates_the_inertia_of_the_arm(arm)
 
 def test_with_a_shaped_inertia_a_push_accelerates_that_inertia(arm):
     inertia = np.array([20.0, 20.0, 5.0, 0.3, 0.3, 0.3])
-    controller = ImpedanceController(arm, Impedance(SPRINGS.stiffness, inertia=inertia), WEAK)
+    controller = ImpedanceController(arm, Impedance(SPRINGS.stiffness, inertia=inertia), weak(arm))
     np.testing.assert_allclose(response(arm, controller, PUSH), PUSH / inertia, atol=1e-4)
 
 
@@ -133,7 +134,9 @@ def test_with_a_shaped_inertia_a_push_accelerates_that_inertia(arm):
 def test_only_the_part_of_a_push_beyond_the_dead_band_moves_the_tool(arm, share):
     """The part within the band is cancelled; otherwise it would accelerate the arm's own, smaller inertia."""
     inertia = np.array([20.0, 20.0, 5.0, 0.3, 0.3, 0.3])
-    controller = ImpedanceController(arm, Impedance(SPRINGS.stiffness, inertia=inertia, dead_band=(2.5, 0.5)), WEAK)
+    controller = ImpedanceController(
+        arm, Impedance(SPRINGS.stiffness, inertia=inertia, dead_band=(2.5, 0.5)), weak(arm)
+    )
     push = share * np.array([1.5, 0.0, 2.0, 0.3, 0.4, 0.0])
     expected = max(0.0, 1.0 - 1.0 / share) * push / inertia
     np.testing.assert_allclose(response(arm, controller, push, push), expected, atol=1e-4)
@@ -172,7 +175,7 @@ def test_the_friction_feed_forward_follows_the_reference_only():
     [
         ({"impedance": MotionGains(400.0)}, TypeError, "Impedance in N/m"),
         ({"solver": "gurobi"}, ConfigurationError, "gurobi"),
-        ({"posture": np.zeros(5)}, ConfigurationError, "5 entries"),
+        ({"posture": np.zeros(5)}, ConfigurationError, "must be 7 finite numbers"),
     ],
 )
 def test_arguments_that_cannot_be_used_are_rejected(arguments, error, message):

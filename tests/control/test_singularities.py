@@ -8,7 +8,8 @@ from scipy.optimize import least_squares
 from arms import ARMS, HOME, load, random_states, simulate, without_friction
 from khatib import least_squares_torque
 from pilegrasp_ctrl.control.operational_space import DEFAULT_GAINS, OperationalSpaceController
-from pilegrasp_ctrl.tasks.frame_task import FrameMotionTask, pose_error
+from pilegrasp_ctrl.tasks.frame_task import FrameTask
+from pilegrasp_ctrl.tasks.pose_task import pose_error
 from pilegrasp_ctrl.tasks.posture_task import POSTURE_WEIGHT, PostureTask
 from pilegrasp_ctrl.tasks.singular_directions import SingularDirections
 from pilegrasp_ctrl.trajectories.straight_line import StraightLine
@@ -301,11 +302,12 @@ def test_near_a_singular_posture_the_controller_uses_the_weight_of_its_posture_t
     arm, q = without_friction("wam7"), STRETCHED["wam7"]
     state = arm.update(q, 0.0 * q)
     reference = Reference(state.pose.moved(0.3 * outward(arm, state.pose)[0]))
-    posture = PostureTask(HOME["wam7"], weight=weight)
+    posture = PostureTask(arm, HOME["wam7"], weight=weight)
     controller = OperationalSpaceController(arm, posture=posture, limits=())
-    error = pose_error(state, reference)
-    wanted = FrameMotionTask(DEFAULT_GAINS, posture_weight=weight).acceleration(state, reference, error)
-    with_default = FrameMotionTask(DEFAULT_GAINS).acceleration(state, reference, error)
+    task, default = FrameTask(arm, posture_weight=weight), FrameTask(arm)
+    task.set_target(reference)
+    default.set_target(reference)
+    wanted, with_default = task.acceleration(state), default.acceleration(state)
     assert (np.abs(wanted - with_default).max() > 1.0) == (weight != POSTURE_WEIGHT)
     expected = least_squares_torque(state, wanted, 100.0 * (HOME["wam7"] - q), np.ones(6), weight)
     output = controller.step(Observation(0.0, q, 0.0 * q), reference)

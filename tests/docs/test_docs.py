@@ -127,7 +127,7 @@ def test_the_version_is_written_once():
 
 def test_the_trails_through_the_code_name_existing_code():
     page = (ROOT / "docs" / "developer-notes.md").read_text(encoding="utf-8")
-    section = page.split("## Three trails")[1].split("\n## ")[0]
+    section = page.split("## Four trails")[1].split("\n## ")[0]
     names = {name.rpartition(".")[2] for name in re.findall(r"`([\w.]+)`", section)}
     files = [file for folder in ("pilegrasp_ctrl", "viewer") for file in (ROOT / folder).rglob("*.py")]
     defined = {name for file in files for name in re.findall(r"(?:def|class) (\w+)", file.read_text(encoding="utf-8"))}

@@ -11,8 +11,6 @@ import pilegrasp_ctrl
 from motion_pattern import BLUE, RED, pattern_figure
 from motion_table import MotionPattern, markdown
 from odd_recordings import ODD_RECORDINGS
-from pilegrasp_ctrl.analysis.motion import measure
-from pilegrasp_ctrl.study.attempt import load_measure
 from places import STUDIES
 from pushed_pile import (
     crowd,
@@ -46,10 +44,6 @@ def test_a_condition_is_summed_up_and_drawn(tmp_path):
     assert [line.get_color() for line in figure.axes[0].lines] == [RED, RED]
     assert BLUE != RED
     assert not figure.axes[1].collections
-
-
-def test_a_study_finds_the_measure_by_its_name():
-    assert load_measure("pilegrasp_ctrl.analysis.motion.measure") is measure
 
 
 @pytest.mark.slow

@@ -25,12 +25,9 @@ def load(name: str, **arguments) -> ArmModel:
 
 def without_friction(name: str, tool=None, **changes) -> ArmModel:
     """Return the arm without friction in its model, and with the given changes of limits or friction."""
-    arm = load(name, tool=tool)
-    kept = ["q_lower", "q_upper", "velocity_limit", "torque_limit"]
-    kept += [] if "torque_limit" in changes else ["joint_to_motor", "motor_torque_limit"]
-    limits = {key: getattr(arm, key) for key in kept}
-    frame = "flange" if name == "wam7" else "panda_hand_tcp"
-    return ArmModel(arm.pinocchio_model, frame, name=name, **{**limits, **changes})
+    none = {"friction_coulomb": None, "friction_viscous": None}
+    own_motors = {"joint_to_motor": None, "motor_torque_limit": None} if "torque_limit" in changes else {}
+    return load(name, tool=tool).replace(name=name, **{**none, **own_motors, **changes})
 
 
 def random_states(arm: ArmModel, count: int, seed: int = 0, speed: float = 0.5):

@@ -7,7 +7,7 @@ import stat
 from pathlib import Path
 from typing import Any
 
-from pilegrasp_ctrl.viewer.chromium import Chromium, find_chromium
+from pilegrasp_ctrl.viewer.pictures.chromium import Chromium, find_chromium
 
 __all__ = ["Browser", "find_chromium", "program"]
 

@@ -27,9 +27,11 @@ def make_mjcf(hand: Hand) -> str:
 
 
 def flatten(table: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return the entries of nested tables by their dotted keys."""
+    """Return the entries of nested tables by their dotted keys, without lists of tables."""
     entries: dict[str, Any] = {}
     for key, value in table.items():
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            continue
         entries.update(flatten(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value})
     return entries
 
@@ -46,14 +48,15 @@ def replace_values(readme: str, parameters: dict[str, Any]) -> str:
 
 
 def write(name: str) -> tuple[Path, Path]:
-    """Write MJCF and README of the hand `name` in its folder and return their paths.
+    """Write README and, for a hand with a builder, the MJCF of the hand `name` in its folder; return their paths.
 
     Raises:
         ModelError: No hand has this name.
     """
     hand = Hand.load(name)
     model, readme = path("hands", name) / f"{name}.xml", path("hands", name, "README.md")
-    model.write_text(make_mjcf(hand), encoding="utf-8")
+    if hand.description.hand.builder:
+        model.write_text(make_mjcf(hand), encoding="utf-8")
     readme.write_text(replace_values(readme.read_text(encoding="utf-8"), hand.parameters), encoding="utf-8")
     return model, readme
 

@@ -7,7 +7,7 @@ from pilegrasp_ctrl.scenarios.paper.conditions import SHOVEL, sized
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence
 from pilegrasp_ctrl.scenarios.paper.figures_mechanism import ORDER_NAMES, PAPER_ATTEMPTS
 from pilegrasp_ctrl.scenarios.paper.figures_piles import SIZE_RATIOS, USUAL_PUSH
-from pilegrasp_ctrl.scenarios.paper.plan import EXPERIMENTS, plan
+from pilegrasp_ctrl.scenarios.paper.plan import EXPERIMENTS, extra_conditions, plan
 from pilegrasp_ctrl.study.attempt import AttemptRow
 
 TRIGGERS = (("approach", "surface contact"), ("push", "grasp force"), ("grasp", "closed"), ("lift", "lifted"))
@@ -25,6 +25,7 @@ class Made:
     errors: int = 0
     attempts: int | None = None
     measures: dict = field(default_factory=dict)
+    separated: float = 1.0
 
 
 def rows(condition, made):
@@ -41,7 +42,10 @@ def rows(condition, made):
             {"name": name, "trigger": trigger, "start": 1.0 + k, "end": 2.0 + k}
             for k, (name, trigger) in enumerate(made.triggers)
         ]
-        measures = {**made.measures, "motion": _motion(made.measures.get("motion", {}), seed, success)}
+        measures = {
+            **made.measures,
+            "motion": _motion(made.measures.get("motion", {}), seed, success, seed < made.separated * successes),
+        }
         result = {"success": success, "grasped": held, "outcomes": outcomes, "measures": measures, "sim_time": 9.0}
         if made.attempts is not None:
             result["attempts"] = [{}] * made.attempts
@@ -49,7 +53,7 @@ def rows(condition, made):
     return found
 
 
-def _motion(speeds, seed, success):
+def _motion(speeds, seed, success, separated):
     """Return the measures of an attempt, spread a little about the mean."""
     varied = {name: speed * (0.9 + 0.05 * (seed % 5)) for name, speed in speeds.items() if isinstance(speed, float)}
     agreed = speeds.get("agreed", True) if success else None
@@ -57,7 +61,8 @@ def _motion(speeds, seed, success):
         {"approach_speed": None, "spread_speed": None}
         | varied
         | {
-            "separated": {"stabilised": 1.0},
+            "separated": {"stabilised": 2.5 if separated else None},
+            "in_hand": ["object_0"],
             "held": ["object_0"] if success else [],
             "agreed": agreed,
             "triggered": True,
@@ -75,6 +80,11 @@ def usual(condition):
     if shovel and scenario.controller.kind == "operational_space":
         measures["table_force"]["peak"] = 40.0
     made = Made(measures=measures)
+    if scenario.hand == "plate":
+        measures["motion"]["approach_speed"] = 0.03
+        return replace(made, rate=0.0, separated=0.0)
+    if scenario.program == "swap":
+        return replace(made, rate=0.3)
     if scenario.name == "bin_picking":
         return replace(made, attempts=round(PAPER_ATTEMPTS[ORDER_NAMES[pile.object]]))
     if condition == USUAL_PUSH:
@@ -106,4 +116,6 @@ def world(changes=(), **everywhere):
     spoilt = [(condition, everywhere) for condition in conditions if everywhere] + list(changes)
     for condition, fields in spoilt:
         found[condition.config_hash] = rows(condition, replace(usual(condition), **fields))
-    return Evidence.from_rows((row for attempts in found.values() for row in attempts), conditions)
+    return Evidence.from_rows(
+        (row for attempts in found.values() for row in attempts), conditions, None, extra_conditions()
+    )

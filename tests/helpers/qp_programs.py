@@ -18,6 +18,7 @@ from itertools import islice
 import daqp
 import numpy as np
 import pytest
+import qpsolvers
 from scipy.optimize import linprog
 
 from arms import ARMS, HOME, load, simulate, without_friction
@@ -33,13 +34,13 @@ FILE = DATA / "qp_programs.npy"
 COUNT = 10
 CLEARLY = 1e-3  # smallest gap of an infeasible program [rad/s², N·m]
 TINY = Fraction(1, 10**6)
-OPTIONAL = {"proxqp": "proxsuite", "quadprog": "quadprog"}  # solvers and their packages
+SOLVERS = tuple(dict.fromkeys(("daqp", "osqp", "proxqp", "quadprog", *qpsolvers.available_solvers)))
 
 
 def installed(name: str) -> Solver:
     """Return the solver of that name; the test is skipped if its package is absent."""
-    if name in OPTIONAL:
-        pytest.importorskip(OPTIONAL[name], reason=f"pip install 'pilegrasp[{name}]'")
+    if name not in ("daqp", "osqp", *qpsolvers.available_solvers):
+        pytest.skip(f"pip install 'pilegrasp[{name}]'")
     return make_solver(name)
 
 
@@ -161,13 +162,13 @@ def find_certificate(problem: QuadraticProgram) -> np.ndarray:
 
 def loop(arm: ArmModel, q, displacement, speed: float, weight: float = 1e-4, push=None, ticks: int | None = None):
     """Track a line from rest at q; return active limits, program and smallest singular value of J of every tick."""
-    controller = OperationalSpaceController(arm, posture=PostureTask(q, weight=weight))
+    controller = OperationalSpaceController(arm, posture=PostureTask(arm, q, weight=weight))
     line = StraightLine(arm.update(q, np.zeros(arm.nv)).pose, displacement, speed)
     seen = []
 
     def step(observation):
         output = controller.step(observation, line.at(observation.time))
-        program = QuadraticProgram(*(np.array(array) for array in controller._dynamics.program))
+        program = QuadraticProgram(*(np.array(array) for array in controller.assemble(observation).program))
         smallest = np.linalg.svd(arm.update(observation.q, observation.v).J)[1][-1]
         seen.append((output.active_limits, program, smallest))
         return output.command.torque

@@ -50,25 +50,16 @@ RATE = VelocityLimit(arms.load("panda"), 1.0).horizon / HORIZON
 """Control rate [Hz]."""
 
 
-class JointLimits(NamedTuple):
-    """Limits of an `ArmModel` without friction and shared motors, which TSID does not have."""
-
-    q_lower: np.ndarray
-    q_upper: np.ndarray
-    velocity_limit: np.ndarray
-    torque_limit: np.ndarray
-
-
 def load_arm(name: str) -> ArmModel:
     """The arm with its drives' reflected inertia, no friction, and a torque limit for each joint alone."""
-    arm = arms.load(name)
-    kept = VelocityLimit(arms.without_friction(name), RATE).speed / arm.velocity_limit
-    limits = JointLimits(arm.q_lower, arm.q_upper, SPEED * arm.velocity_limit / kept, arm.torque_limit)
-    return ArmModel(arm.pinocchio_model, FRAMES[name], name=name, **limits._asdict())
+    arm = arms.without_friction(name)
+    kept = VelocityLimit(arm, RATE).speed / arm.velocity_limit
+    speed = SPEED * arm.velocity_limit / kept
+    return arm.replace(velocity_limit=speed, joint_to_motor=None, motor_torque_limit=None)
 
 
 def posture_task(name: str) -> PostureTask:
-    return PostureTask(arms.HOME[name], stiffness=100.0, damping_ratio=1.0, weight=1e-4)
+    return PostureTask(arms.load(name), arms.HOME[name], stiffness=100.0, damping_ratio=1.0, weight=1e-4)
 
 
 def our_controller(name: str, regularisation: float = REGULARISATION) -> OperationalSpaceController:
@@ -80,8 +71,8 @@ def our_controller(name: str, regularisation: float = REGULARISATION) -> Operati
     asked = posture_task(name)
     weight = asked.weight + regularisation
     share = asked.weight / weight
-    ratio = 0.5 * asked.damping / np.sqrt(asked.stiffness)
-    posture = PostureTask(asked.target, share * asked.stiffness, ratio * np.sqrt(share), weight)
+    ratio = 0.5 * asked.damping[0] / np.sqrt(asked.stiffness[0])
+    posture = PostureTask(asked.arm, asked.target, share * asked.stiffness[0], ratio * np.sqrt(share), weight)
     return OperationalSpaceController(load_arm(name), GAINS, posture, friction=False, limits=LIMITS, rate=RATE)
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from arms import ARMS, load, random_states, simulate, without_friction
+from pilegrasp_ctrl.control.limit_rows import CheckedLimits
 from pilegrasp_ctrl.control.operational_space import OperationalSpaceController
 from pilegrasp_ctrl.exceptions import ModelError
-from pilegrasp_ctrl.limits.acceleration_bounds import AccelerationBounds
-from pilegrasp_ctrl.limits.motion_limits import PositionLimit, VelocityLimit, braking_acceleration
+from pilegrasp_ctrl.limits.motion_limits import PositionLimit, VelocityLimit
 from pilegrasp_ctrl.limits.torque_limit import TorqueLimit
 from pilegrasp_ctrl.types import Observation, Reference
 
@@ -19,85 +19,17 @@ def arm(request):
     return load(request.param)
 
 
-def bounds_at(limit, q, v):
-    """Return the lower and the upper bounds on the accelerations at one state."""
-    bounds, x = limit.bounds(), np.concatenate((q, v))
-    return bounds.lower_matrix @ x + bounds.lower_offset, bounds.upper_matrix @ x + bounds.upper_offset
-
-
-def advance(q, v, a, time):
-    return q + time * v + 0.5 * time**2 * a, v + time * a
-
-
-def test_the_velocity_bound_ends_at_the_limit_after_its_horizon(arm):
-    limit = VelocityLimit(arm, RATE, margin=0.0)
-    q, v = next(random_states(arm, 1))
-    lower, upper = bounds_at(limit, q, v)
-    assert limit.horizon == pytest.approx(2.0 / RATE)
-    np.testing.assert_allclose(advance(q, v, upper, limit.horizon)[1], arm.velocity_limit, atol=1e-12)
-    np.testing.assert_allclose(advance(q, v, lower, limit.horizon)[1], -arm.velocity_limit, atol=1e-12)
-
-
-def test_the_position_bound_ends_where_the_joint_can_still_stop(arm):
-    limit = PositionLimit(arm, RATE, margin=0.0)
-    for state in random_states(arm, 10, speed=1.0):
-        lower, upper = bounds_at(limit, *state)
-        q, v = advance(*state, upper, limit.horizon)
-        np.testing.assert_allclose(v, limit.gain * (arm.q_upper - q), atol=1e-9)
-        q, v = advance(*state, lower, limit.horizon)
-        np.testing.assert_allclose(v, limit.gain * (arm.q_lower - q), atol=1e-9)
-
-
-def test_a_joint_held_at_its_bound_slows_down_within_its_braking_and_stops_inside(arm):
-    limit = PositionLimit(arm, RATE, margin=0.0)
-    braking = braking_acceleration(arm)
-    v = 0.9 * arm.velocity_limit
-    q = arm.q_upper - v / limit.gain
-    hardest = np.zeros(arm.nv)
-    for _ in range(3000):
-        a = bounds_at(limit, q, v)[1]
-        hardest = np.minimum(hardest, a)
-        q, v = advance(q, v, a, 1.0 / RATE)
-        assert (q <= arm.q_upper).all()
-    assert (hardest >= -1.05 * braking).all()
-    np.testing.assert_allclose(q, arm.q_upper, atol=1e-2)
-
-
-def test_the_braking_acceleration_is_within_the_torque_of_every_joint(arm):
-    braking = braking_acceleration(arm)
-    assert (braking > 0.0).all()
-    np.testing.assert_array_equal(braking, braking_acceleration(arm))
-    for q, _ in random_states(arm, 50, seed=3):
-        state = arm.update(q, np.zeros(arm.nv))
-        needed = braking * state.M.diagonal() + np.abs(state.h)
-        assert (needed <= arm.torque_limit).all()
-
-
-def test_a_joint_brakes_with_half_of_the_torque_left_in_the_worst_posture(arm):
-    """The other half is for coupling with other joints and for a load in the hand."""
-    braking = braking_acceleration(arm)
-    spare_acceleration = np.full(arm.nv, np.inf)
-    for q, _ in random_states(arm, 300, seed=5):
-        state = arm.update(q, np.zeros(arm.nv))
-        spare = arm.torque_limit - np.abs(state.h) - arm.friction_coulomb
-        spare_acceleration = np.minimum(spare_acceleration, spare / state.M.diagonal())
-    # These postures differ from the function's, so their worst case is slightly milder.
-    np.testing.assert_allclose(braking / spare_acceleration, 0.5, rtol=0.1)
-
-
 def test_torque_rows_hold_exactly_the_torques_within_the_limit(arm):
     q, v = next(random_states(arm, 1))
     state = arm.update(q, v)
     limit = TorqueLimit(arm)
     matrix = np.eye(arm.nv) if limit.matrix is None else limit.matrix
-    lower, upper = np.zeros((2, arm.nv))
-    limit.write(lower, upper, state.h)
+    bounds = limit.rows(state)
     a = np.linalg.solve(state.M, np.linalg.solve(matrix, limit.limit) - state.h)
-    np.testing.assert_allclose(limit.rows(state.M) @ a, upper, atol=1e-9)
+    np.testing.assert_allclose(bounds.G @ a, bounds.upper, atol=1e-9)
     offset = np.linspace(-3.0, 3.0, arm.nv)
-    limit.write(lower, upper, offset)
-    shared = offset if limit.matrix is None else limit.matrix @ offset
-    np.testing.assert_allclose((lower + shared, upper + shared), (-limit.limit, limit.limit))
+    bounds, shared = limit.rows(state._replace(h=offset)), matrix @ offset
+    np.testing.assert_allclose((bounds.lower + shared, bounds.upper + shared), (-limit.limit, limit.limit))
 
 
 def test_two_joints_that_share_motors_cannot_both_have_their_largest_torque():
@@ -155,62 +87,43 @@ def test_an_inconsistent_transmission_is_rejected(arguments, message):
         without_friction("panda", **arguments)
 
 
-def test_the_demand_on_a_joint_outside_its_range_is_bounded(arm):
-    velocity, position = VelocityLimit(arm, RATE), PositionLimit(arm, RATE)
-    demand = np.full(arm.nv, 20.0)
-    bounds = AccelerationBounds([velocity, position], arm.nv, demand)
-    _, lower, upper = intersect(bounds, arm.q_upper + 0.1, 1.2 * arm.velocity_limit)
-    np.testing.assert_array_equal(upper, -20.0)
-    assert (lower <= upper).all()
-
-
-def intersect(bounds, q, v):
-    n = len(q)
-    values = bounds.split(bounds.matrix @ np.concatenate((q, v, [1.0])))
-    lower, upper = np.zeros(n), np.zeros(n)
-    bounds.intersect(values, lower, upper)
-    return values, lower, upper
+def rows_of(arm, limits, q, v):
+    """Return the bounds of several limits together on the joint accelerations, as a controller has them."""
+    return CheckedLimits(limits, arm.nv).rows(arm.update(q, v))
 
 
 def test_the_tightest_bound_counts_and_is_named(arm):
-    velocity, position = VelocityLimit(arm, RATE), PositionLimit(arm, RATE)
-    both = AccelerationBounds([velocity, position], arm.nv)
+    none = np.arange(0)
+    limits = [VelocityLimit(arm, RATE), PositionLimit(arm, RATE)]
     for q, v in random_states(arm, 20, speed=0.9):
-        values, lower, upper = intersect(both, q, v)
-        one, other = bounds_at(velocity, q, v), bounds_at(position, q, v)
-        np.testing.assert_allclose(upper, np.minimum(one[1], other[1]))
-        np.testing.assert_allclose(lower, np.maximum(one[0], other[0]))
+        rows = rows_of(arm, limits, q, v)
+        one, other = (limit.rows(arm.update(q, v)) for limit in limits)
+        np.testing.assert_allclose(rows.upper, np.minimum(one.upper, other.upper))
+        np.testing.assert_allclose(rows.lower, np.maximum(one.lower, other.lower))
         for joint in range(arm.nv):
-            nearer = "velocity" if one[1][joint] < other[1][joint] else "position"
-            assert both.name(values, joint, "upper") == f"{nearer}[{joint}] upper"
+            nearer = "velocity" if one.upper[joint] < other.upper[joint] else "position"
+            assert rows.names(none, np.array([joint])) == (f"{nearer}[{joint}] upper",)
 
 
-def test_a_joint_far_outside_its_range_returns_no_faster_than_its_velocity_limit(arm):
-    velocity, position = VelocityLimit(arm, RATE), PositionLimit(arm, RATE)
-    q, v = arm.q_upper + 2.0, np.zeros(arm.nv)
-    _, lower, upper = intersect(AccelerationBounds([velocity, position], arm.nv), q, v)
-    assert (lower <= upper).all()
-    np.testing.assert_allclose(upper, bounds_at(velocity, q, v)[0])
-
-
-def test_bounds_exist_for_one_limit_and_for_none(arm):
-    q, v = next(random_states(arm, 1))
-    velocity = VelocityLimit(arm, RATE)
-    _, lower, upper = intersect(AccelerationBounds([velocity], arm.nv), q, v)
-    np.testing.assert_allclose((lower, upper), bounds_at(velocity, q, v))
-    _, lower, upper = intersect(AccelerationBounds([], arm.nv), q, v)
-    assert (lower == -np.inf).all()
-    assert (upper == np.inf).all()
+def test_speed_and_position_do_not_contradict_each_other_outside_the_range(arm):
+    limits = [VelocityLimit(arm, RATE), PositionLimit(arm, RATE)]
+    for excess in (1e-3, 0.1, 2.0):
+        for speed in (-1.5, -0.5, 0.0, 0.5, 1.5):
+            v = speed * arm.velocity_limit
+            for q in (arm.q_upper + excess, arm.q_lower - excess):
+                one, other = (limit.rows(arm.update(q, v)) for limit in limits)
+                assert (one.lower <= other.upper).all()
+                assert (other.lower <= one.upper).all()
 
 
 def test_joints_without_limits_have_no_bounds():
     free = without_friction(
         "panda", q_lower=np.full(7, -np.inf), q_upper=np.full(7, np.inf), velocity_limit=np.full(7, np.inf)
     )
-    bounds = AccelerationBounds([VelocityLimit(free, RATE), PositionLimit(free, RATE)], 7)
-    _, lower, upper = intersect(bounds, np.zeros(7), np.ones(7))
-    assert (lower == -np.inf).all()
-    assert (upper == np.inf).all()
+    for limits in ([VelocityLimit(free, RATE), PositionLimit(free, RATE)], []):
+        rows = rows_of(free, limits, np.zeros(7), np.ones(7))
+        assert (rows.lower == -np.inf).all()
+        assert (rows.upper == np.inf).all()
 
 
 @pytest.mark.parametrize("limit", ["torque", "velocity", "position"])

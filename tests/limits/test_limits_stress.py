@@ -1,4 +1,6 @@
-"""Each simulated arm stays within its limits for a thousand random starts and targets."""
+"""Each simulated arm stays within its limits for hundreds of random starts and targets."""
+
+import os
 
 import numpy as np
 import pytest
@@ -11,14 +13,29 @@ from pilegrasp_ctrl.plant.arm_simulation import ArmSimulation
 from pilegrasp_ctrl.types import MassProperties, Reference
 
 RATE = 500.0
-STARTS = 1000
+FACTOR = int(os.environ.get("STRESS", "1"))
+"""How many times as many starts as usual."""
+STARTS = 150 * FACTOR
 DURATION = 0.24
-BATCHES = 4
+BORDER_STARTS = 30 * FACTOR
+BORDER_DURATION = 0.6
 HAND = MassProperties(0.6, np.array([0.0, 0.0, 0.08]), 0.0012 * np.eye(3))
+LOAD = MassProperties(2.25, np.zeros(3), 0.002 * np.eye(3))
+"""Load beside the Panda's own hand, up to the arm's rating."""
+ARMS = {
+    "wam7": lambda: without_friction("wam7"),
+    "panda": lambda: without_friction("panda"),
+    "wam7 with friction and hand": lambda: load("wam7", tool=HAND),
+    "panda with load": lambda: without_friction("panda", tool=LOAD),
+}
 
 
 def start(arm, rng, kind):
-    """Return a start at rest, in motion that can be stopped, or with some joints out of range and others too fast."""
+    """Return a start at rest, in motion that can be stopped, or with some joints out of range and others too fast.
+
+    "moving" starts can be stopped in any posture; "border" starts are within 95 % of the speeds that the position limit
+    allows in this one.
+    """
     span = arm.q_upper - arm.q_lower
     q = arm.q_lower + span * rng.uniform(0.02, 0.98, arm.nv)
     v = np.zeros(arm.nv)
@@ -27,6 +44,12 @@ def start(arm, rng, kind):
         up = np.minimum(gain * (arm.q_upper - q), arm.velocity_limit)
         down = np.minimum(gain * (q - arm.q_lower), arm.velocity_limit)
         v = rng.uniform(-0.9 * down, 0.9 * up)
+    if kind == "border":
+        # At rest, the bounds over the horizon are the speeds from which the joints can stop.
+        limit = PositionLimit(arm, RATE)
+        bounds = limit.rows(arm.update(q, v))
+        speeds = limit.horizon * np.stack((bounds.lower, bounds.upper))
+        v = rng.uniform(*(0.95 * np.clip(speeds, -arm.velocity_limit, arm.velocity_limit)))
     if kind == "outside":
         beyond, high = rng.random((2, arm.nv)) < [[0.3], [0.5]]
         excess = rng.uniform(0.0, 0.15, arm.nv)
@@ -43,16 +66,12 @@ def excess(arm, q, v):
     return np.hstack((beyond, np.abs(v) - arm.velocity_limit))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("batch", range(BATCHES))
-@pytest.mark.parametrize("name", ["wam7", "panda", "wam7 with friction and hand"])
-def test_no_limit_is_exceeded_and_an_initial_excess_only_shrinks(name, batch):
-    arm = load("wam7", tool=HAND) if "hand" in name else without_friction(name)
+def run_starts(arm, rng, kinds, count, duration):
+    """Simulate starts of the kinds in turn, assert that no limit is exceeded, and return the limits that were hit."""
     plant, torque_limit = ArmSimulation(arm), TorqueLimit(arm)
-    rng = np.random.default_rng([7, batch])
     span, hit = arm.q_upper - arm.q_lower, set()
-    for index in range(STARTS // BATCHES):
-        kind = ("still", "moving", "outside")[index % 3]
+    for index in range(count):
+        kind = kinds[index % len(kinds)]
         q, v = start(arm, rng, kind)
         goal = arm.q_lower + span * rng.uniform(-0.1, 1.1, arm.nv)
         controller = OperationalSpaceController(arm, posture=goal, rate=RATE)
@@ -64,7 +83,7 @@ def test_no_limit_is_exceeded_and_an_initial_excess_only_shrinks(name, batch):
             hit.update(active.partition("[")[0] for active in output.active_limits)
             return output.command.torque
 
-        samples = list(plant.run(torque, q, DURATION, v=v, rate=RATE))
+        samples = list(plant.run(torque, q, duration, v=v, rate=RATE))
         beyond = excess(arm, np.array([sample.q for sample in samples]), np.array([sample.v for sample in samples]))
         # An excess may be what it was at the start, or the least that it has been since, but never more.
         allowed = np.minimum.accumulate(np.maximum(beyond, 0.0))
@@ -77,8 +96,25 @@ def test_no_limit_is_exceeded_and_an_initial_excess_only_shrinks(name, batch):
         rows = torques if torque_limit.matrix is None else np.array([torque_limit.matrix @ row for row in torques])
         assert (np.abs(rows) <= torque_limit.limit).all()
         assert (np.abs(torques) <= arm.torque_limit).all()
+    return hit
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ARMS)
+def test_no_limit_is_exceeded_and_an_initial_excess_only_shrinks(name):
+    rng = np.random.default_rng(7)
+    arm = ARMS[name]()
+    hit = run_starts(arm, rng, ("still", "moving", "outside"), STARTS, DURATION)
     assert hit >= {"torque", "velocity", "position"}
-    assert ("motor" in hit) == (torque_limit.matrix is not None)
+    assert ("motor" in hit) == (arm.joint_to_motor is not None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ARMS)
+def test_a_joint_stops_from_every_speed_that_the_position_limit_allows(name):
+    rng = np.random.default_rng(8)
+    hit = run_starts(ARMS[name](), rng, ("border",), BORDER_STARTS, BORDER_DURATION)
+    assert hit >= {"torque", "velocity", "position"}
 
 
 def test_every_joint_outside_its_range_is_back_within_a_second():

@@ -23,4 +23,4 @@ def test_the_verdict_follows_the_numbers():
     assert worse["separation"]["verdict"] == "fails"
     assert worse["separation"]["ci_low"] < 0.5 < worse["separation"]["ci_high"]
     nothing = motion_verdict(dict.fromkeys(("none", "wall", "corner"), rows([None], [None], [None])))
-    assert {part["verdict"] for part in nothing.values()} == {"not decided"}
+    assert {part["verdict"] for part in nothing.values()} == {"undecided"}

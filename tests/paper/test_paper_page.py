@@ -6,15 +6,17 @@ from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
+from scipy.stats import fisher_exact
 
 from browser import Browser, find_chromium
 from paper_world import rows as made
 from paper_world import standard, usual
 from pilegrasp_ctrl.scenarios.paper import ledger
-from pilegrasp_ctrl.scenarios.paper.conditions import SHOVEL, grasp
+from pilegrasp_ctrl.scenarios.paper.conditions import HAND, spheres
 from pilegrasp_ctrl.scenarios.paper.figures_objects import strategy_pair
 from pilegrasp_ctrl.scenarios.paper.plan import EXPERIMENTS
-from pilegrasp_ctrl.scenarios.paper.run import write_results
+from pilegrasp_ctrl.scenarios.paper.printed import printed_numbers
+from pilegrasp_ctrl.scenarios.paper.run import gather_evidence, write_results
 from pilegrasp_ctrl.study.attempt import AttemptReport
 from pilegrasp_ctrl.study.store import StudyStore
 
@@ -44,7 +46,9 @@ def fill(folder, wanted=lambda condition: True, spoilt=()):
 def written(tmp_path_factory):
     folder = tmp_path_factory.mktemp("paper")
     with fill(folder) as store:
-        document = write_results(store, "pilegrasp paper all --out <here> & there", 10_000, recordings=False)
+        document = write_results(
+            store, "pilegrasp paper all --out <here> & there", 0, attempts=20, recordings=False, draws=30
+        )
     return folder, document
 
 
@@ -52,12 +56,28 @@ def test_the_document_is_what_was_returned_and_holds_every_claim(written):
     folder, document = written
     assert json.loads((folder / "claims.json").read_text()) == document
     assert [claim["id"] for claim in document["claims"]] == [f"C{k}" for k in range(1, 17)]
-    assert {claim["verdict"] for claim in document["claims"]} == {"holds"}
+    assert {claim["verdict"] for claim in document["claims"]} == {"holds", "calibrated"}
+    assert [row["verdict"] for row in document["nulls"]] == ["reported", "holds", "reported", "reported"]
+    assert all(0.0 <= claim["repeats"] <= 1.0 for claim in document["claims"])
+    assert document["missing"] == 0
+    assert document["expected"]["least"] <= document["expected"]["hold"] <= document["expected"]["most"]
     first = document["claims"][0]["conditions"]["light spheres"]
     assert (first["n"], first["successes"], first["rate"]) == (20, 20, 1.0)
     assert 0.8 < first["ci_low"] < 0.9
-    assert document["seeds_from"] == 10_000
+    assert document["seeds_from"] == 0
     assert document["attempts"] == 20 * document["conditions"]
+
+
+def test_every_printed_number_stands_beside_the_models(written):
+    beside = {row["id"]: row for row in written[1]["paper_beside_model"]}
+    assert list(beside) == list(printed_numbers())
+    assert beside["hand-cylinder"]["value"] == 1.0
+    assert beside["hand-cylinder"]["p"] == 1.0
+    assert beside["push-usual"]["value"] == 0.5
+    assert beside["push-usual"]["p"] == pytest.approx(fisher_exact([[10, 12], [10, 8]]).pvalue)
+    assert beside["grid-cube"]["p"] > 0.99
+    assert beside["order-cylinder"]["value"] == 9.0
+    assert all(0.0 <= row["p"] <= 1.0 and row["ci_low"] <= row["value"] <= row["ci_high"] for row in beside.values())
 
 
 def test_every_experiment_has_its_figure_as_svg_and_png(written):
@@ -98,27 +118,41 @@ def test_the_page_loads_nothing_and_its_ids_are_unique(written):
     assert "#01020" not in text
 
 
-def test_an_experiment_that_was_not_run_has_no_figure(tmp_path):
-    with fill(tmp_path, lambda condition: condition == strategy_pair("cylinder", "wall")[0]) as store:
-        document = write_results(store, "command", 0, recordings=False)
+def test_the_page_begins_with_verdicts_then_paper_beside_model_then_nulls_then_claims(written):
+    text = (written[0] / "index.html").read_text()
+    lead = text[text.index('class="lead"') : text.index('class="note"')]
+    assert "13 of 13 claims that test the model hold" in lead
+    assert "what the model was fitted to" in lead
+    places = [text.index(mark) for mark in ('class="tiles"', 'id="beside"', 'id="N1"', 'id="C1"', 'id="fig06"')]
+    assert places == sorted(places)
+    assert "calibrated: holds" in text
+    assert "repeats 100 %" in text
+
+
+def test_a_partial_study_shows_counts_and_no_verdict(tmp_path):
+    spoilt = [(strategy_pair("cylinder", "wall")[0], {"rate": 0.5})]
+    with fill(tmp_path, lambda condition: condition == strategy_pair("cylinder", "wall")[0], spoilt) as store:
+        document = write_results(store, "command", 0, attempts=20, recordings=False)
     assert list(document["figures"]) == ["fig06"]
-    assert [claim["id"] for claim in document["claims"] if claim["verdict"] != "not decided"] == ["C12", "C16"]
+    rows = (*document["claims"], *document["nulls"])
+    assert {row["verdict"] for row in rows} == {row["repeats"] for row in rows} == {None}
+    assert {part["verdict"] for row in rows for part in row["parts"]} == {None}
+    assert document["claims"][3]["conditions"]["cylinders, wall, pile-based"]["successes"] == 10
+    text = (tmp_path / "index.html").read_text()
+    assert "attempts are missing, so there is no verdict yet" in text
 
 
 def test_a_claim_that_does_not_hold_shows_its_explanation(tmp_path, monkeypatch):
     file = tmp_path / "explanations.toml"
-    file.write_text('[C1]\ntext = "Not run."\n[C3]\ntext = "Because <of> it."\ncommand = "pilegrasp run this"\n')
+    file.write_text('[C1]\ntext = "It holds."\n[C7]\ntext = "Because <of> it."\ncommand = "pilegrasp run this"\n')
     monkeypatch.setattr(ledger, "EXPLANATIONS", file)
-    spoilt = [(grasp("light_sphere", "wall", SHOVEL), {"rate": 0.5})]
-    with fill(tmp_path / "study", lambda condition: condition.scenario.hand == "shovel", spoilt) as store:
-        document = write_results(store, "command", 0, recordings=False)
-    first, _, third, *_ = document["claims"]
-    assert (first["verdict"], first["explanation"]) == ("not decided", "Not run.")
-    assert (third["verdict"], third["shown_by"]) == ("fails", "pilegrasp run this")
-    assert third["explanation"].endswith("Because <of> it.")
-    page = (tmp_path / "study" / "index.html").read_text()
-    assert "Because &lt;of&gt; it." in page
-    assert "pilegrasp run this" in page
+    spoilt = [(spheres(0.06, "corner", HAND, 5), {"rate": 0.5})]
+    with fill(tmp_path / "study", spoilt=spoilt) as store:
+        evidence = gather_evidence(store)
+    rows = ledger.ledger_documents(ledger.judge_claims(evidence, draws=2).entries)
+    assert (rows[0]["verdict"], rows[0]["shown_by"]) == ("holds", "")
+    assert (rows[6]["verdict"], rows[6]["shown_by"]) == ("fails", "pilegrasp run this")
+    assert rows[6]["explanation"].endswith("Because <of> it.")
 
 
 @pytest.mark.browser
@@ -129,4 +163,4 @@ def test_the_page_fits_the_screen_without_browser_errors(written, width):
         browser.open(written[0] / "index.html", width, 900)
         assert browser.evaluate("document.documentElement.scrollWidth") <= width
         assert browser.console_errors() == []
-        assert browser.evaluate("document.querySelectorAll('article').length") == 16
+        assert browser.evaluate("document.querySelectorAll('article').length") == 20

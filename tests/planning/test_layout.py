@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from pilegrasp_ctrl.config import load_scenario
-from pilegrasp_ctrl.planning.layout import BASE_RADIUS, MAX_TOUCH_DISTANCE, MIN_TOUCH_DISTANCE, PUSH_END, make_layout
+from pilegrasp_ctrl.planning.arm_room import default_room
+from pilegrasp_ctrl.planning.layout import make_layout
 from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.sections import PileConfig, SupportConfig
 
+ROOM = default_room()
 SUPPORTS = ("none", "wall", "corner")
 
 
@@ -18,7 +20,8 @@ def cache(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("support", SUPPORTS)
 @pytest.mark.parametrize(
-    ("length", "distance"), [(0.2, MAX_TOUCH_DISTANCE), (0.31, PUSH_END - 0.31), (0.5, MIN_TOUCH_DISTANCE)]
+    ("length", "distance"),
+    [(0.2, ROOM.max_touch_distance), (0.31, ROOM.push_end - 0.31), (0.5, ROOM.min_touch_distance)],
 )
 @pytest.mark.parametrize("alpha", [0.0, 0.5, -1.2])
 def test_the_base_is_behind_the_push_line_and_looks_along_it(support, length, distance, alpha):
@@ -57,7 +60,7 @@ def test_the_base_keeps_off_every_object():
     layout = make_layout(SupportConfig(), PileConfig(), 0.054)
     touch, strays = np.array([0.45, 0.0]), np.array([[-0.2, 0.05], [-0.35, -0.1]])
     axis = layout.with_base_behind_push(touch, np.array([0.95, 0.0]), strays).transform_base_to_world.translation[:2]
-    assert np.linalg.norm(strays - axis, axis=1).min() >= BASE_RADIUS
+    assert np.linalg.norm(strays - axis, axis=1).min() >= ROOM.base_radius
     assert axis[0] < -0.35
 
 
@@ -66,7 +69,7 @@ def test_a_wide_frame_keeps_clear_of_the_arm(support):
     for size in (0.1, 0.25, 0.33, 0.83):
         layout = make_layout(SupportConfig(kind=support), PileConfig(frame_size=size), 0.054)
         reach = size / np.sqrt(2.0) if support == "corner" else 0.5 * size
-        assert layout.frame_center[0] - reach > BASE_RADIUS
+        assert layout.frame_center[0] - reach > ROOM.base_radius
         usual = make_layout(SupportConfig(kind=support), PileConfig(), 0.054)
         for wall, other in zip(layout.walls, usual.walls, strict=True):
             assert (wall.center[0] > other.center[0]) == (size > 0.8)
@@ -74,7 +77,7 @@ def test_a_wide_frame_keeps_clear_of_the_arm(support):
 
 @pytest.mark.parametrize(
     ("support", "count"),
-    [*((support, n) for support in SUPPORTS for n in (3, 30)), pytest.param("corner", 60, marks=pytest.mark.slow)],
+    [("none", 3), ("wall", 30), pytest.param("corner", 60, marks=pytest.mark.slow)],
 )
 def test_spheres_of_any_number_are_within_reach(support, count):
     overrides = {"support.kind": support, "pile.count": count, "pile.mass": 0.06}

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from pilegrasp_ctrl.config import load_scenario
-from pilegrasp_ctrl.planning.layout import CORNER_DISTANCE, make_layout
+from pilegrasp_ctrl.planning.arm_room import default_room
+from pilegrasp_ctrl.planning.layout import make_layout
 from pilegrasp_ctrl.planning.push_line import center_between_walls, plan_push_line
 from pilegrasp_ctrl.planning.strategy import tool_rotation
 from pilegrasp_ctrl.programs.attempt import prepare
@@ -16,7 +17,7 @@ WALL_CLEARANCE = 0.02
 """Clearance of the hand to a wall that it passes [m]; hand and arm deflect sideways by less."""
 
 POINT = np.array([1.0, -0.02])
-APEX = np.array([CORNER_DISTANCE, 0.0])
+APEX = np.array([default_room().corner_distance, 0.0])
 
 
 def walls(support):

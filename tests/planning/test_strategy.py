@@ -11,7 +11,7 @@ from pilegrasp_ctrl.types import Pose, Reference
 
 X = np.array([1.0, 0.0, 0.0])
 HERE = Pose([0.9, 0.0, 0.0], tool_rotation(0.0, 0.8))
-HAND = HandUse(0.8, 0.006, 0.0, 0.3, 2.0, 0.04, 0.0, 0.083, np.zeros((0, 4)))
+HAND = HandUse(0.8, 0.006, 0.0, 0.3, 2.0, 0.04, 0.0, 0.083, np.zeros((0, 4)), 0.06, 0.06, True)
 
 
 def test_the_plan_places_the_hand_behind_the_pile_and_turns_with_alpha_and_beta():
@@ -68,23 +68,23 @@ def test_only_objects_in_front_of_the_four_fingers_count_for_the_extent():
     """The fingers of the RBO Hand 2 are 0.12 m wide: an object counts if its edge is less than 0.06 m off the line."""
     radius, center = 0.027, np.zeros(2)
     inside, beside = (np.array([[0.0, 0.0], [-0.1, aside]]) for aside in (0.085, 0.089))
-    assert pile_extent(inside, radius, center, X[:2]) == pytest.approx(0.127)
-    assert pile_extent(beside, radius, center, X[:2]) == pytest.approx(0.027)
+    assert pile_extent(inside, radius, center, X[:2], 0.06) == pytest.approx(0.127)
+    assert pile_extent(beside, radius, center, X[:2], 0.06) == pytest.approx(0.027)
 
 
 def test_the_piles_edge_ignores_strays():
     radius, center, push = 0.027, np.zeros(2), X[:2]
     row = np.array([[-0.1, 0.0], [-0.05, 0.02], [0.0, 0.0], [0.06, 0.0]])
-    assert pile_extent(row, radius, center, push) == pytest.approx(0.127)
+    assert pile_extent(row, radius, center, push, 0.06) == pytest.approx(0.127)
     behind = np.vstack([row, [-0.3, 0.0]])
-    assert pile_extent(behind, radius, center, push) == pytest.approx(0.127)
+    assert pile_extent(behind, radius, center, push, 0.06) == pytest.approx(0.127)
     aside = np.vstack([row, [-0.14, 0.2]])
-    assert pile_extent(aside, radius, center, push) == pytest.approx(0.127)
+    assert pile_extent(aside, radius, center, push, 0.06) == pytest.approx(0.127)
 
 
 def test_a_gap_too_narrow_for_the_hand_belongs_to_the_pile():
     radius, center, push = 0.027, np.zeros(2), X[:2]
     narrow, wide = (np.array([[0.0, 0.0], [-2.0 * radius - gap, 0.0]]) for gap in (MIN_GAP - 0.01, MIN_GAP + 0.01))
-    assert pile_extent(narrow, radius, center, push) == pytest.approx(3.0 * radius + MIN_GAP - 0.01)
-    assert pile_extent(wide, radius, center, push) == pytest.approx(radius)
-    assert pile_extent(narrow, radius, center, push, gap=radius) == pytest.approx(radius)
+    assert pile_extent(narrow, radius, center, push, 0.06) == pytest.approx(3.0 * radius + MIN_GAP - 0.01)
+    assert pile_extent(wide, radius, center, push, 0.06) == pytest.approx(radius)
+    assert pile_extent(narrow, radius, center, push, 0.06, gap=radius) == pytest.approx(radius)

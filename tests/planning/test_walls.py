@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 
 from pilegrasp_ctrl.config import PileConfig, SupportConfig
-from pilegrasp_ctrl.planning.layout import (
-    BASE_BELOW_TABLE,
-    CORNER_DISTANCE,
-    WALL_DISTANCE,
-    WALL_HALF_HEIGHT,
-    make_layout,
-)
+from pilegrasp_ctrl.planning.arm_room import default_room
+from pilegrasp_ctrl.planning.layout import WALL_HALF_HEIGHT, make_layout
+
+ROOM = default_room()
 
 
 def layout_of(support):
@@ -44,8 +41,8 @@ def test_walls_are_on_the_table_and_face_the_pile():
 
 def test_the_inner_faces_are_at_the_stated_distances():
     (wall,) = layout_of("wall").walls
-    assert wall.center[0] - wall.half_size[0] == pytest.approx(WALL_DISTANCE)
-    apex = np.array([CORNER_DISTANCE, 0.0])
+    assert wall.center[0] - wall.half_size[0] == pytest.approx(ROOM.wall_distance)
+    apex = np.array([ROOM.corner_distance, 0.0])
     for wall in layout_of("corner").walls:
         assert (apex - wall.center[:2]) @ normal_of(wall) == pytest.approx(wall.half_size[0])
     left, right = layout_of("corner").walls
@@ -55,5 +52,5 @@ def test_the_inner_faces_are_at_the_stated_distances():
 
 def test_the_table_is_above_the_arms_base():
     base = layout_of("wall").transform_base_to_world
-    np.testing.assert_array_equal(base.translation, [0.0, 0.0, -BASE_BELOW_TABLE])
+    np.testing.assert_array_equal(base.translation, [0.0, 0.0, -ROOM.base_below_table])
     np.testing.assert_array_equal(base.rotation, np.eye(3))

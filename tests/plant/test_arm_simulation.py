@@ -227,6 +227,47 @@ def test_a_diverging_simulation_raises_an_error_with_a_remedy(free):
         samples(simulation, np.zeros(7), HOME[free.name], 1.0)
 
 
+def test_an_arm_that_is_advanced_period_by_period_moves_as_in_a_run(arm):
+    simulation = ArmSimulation(arm, noise=SensorNoise(1e-4, 1e-2), payload=0.5)
+    run, moving = samples(simulation, pull, HOME[arm.name], 0.1), simulation.start(HOME[arm.name])
+    for sample in run:
+        observation = moving.observe()
+        assert observation.time == sample.time
+        np.testing.assert_array_equal([moving.q, moving.v], [sample.q, sample.v])
+        moving.apply(pull(observation))
+        moving.step()
+
+
+def pull(observation):
+    return -2.0 * observation.q
+
+
+def test_a_command_holds_until_the_next_and_is_copied(free):
+    one, other = (ArmSimulation(free).start(HOME[free.name]) for _ in range(2))
+    torque = free.update(HOME[free.name], np.zeros(7)).h + 1.0
+    one.apply(torque.copy())
+    for _ in range(3):
+        other.apply(torque.copy())
+        one.step()
+        other.step()
+    np.testing.assert_array_equal(one.q, other.q)
+    one.apply(torque)
+    torque[:] = 0.0
+    one.step()
+    other.step()
+    np.testing.assert_array_equal(one.q, other.q)
+
+
+def test_a_tare_takes_the_last_wrench_as_zero(free):
+    weight = np.array([0.0, 0.0, -5.0, 0.0, 0.0, 0.0])
+    arm = ArmSimulation(free, environment=lambda pose, twist: weight).start(HOME[free.name])
+    np.testing.assert_array_equal(arm.observe().wrench, weight)
+    arm.tare()
+    np.testing.assert_array_equal(arm.observe().wrench, 0.0)
+    arm.tare()
+    np.testing.assert_array_equal(arm.observe().wrench, 0.0)
+
+
 @pytest.mark.parametrize("coulomb", [0.0, 1.0])
 def test_a_torque_of_nan_raises_an_error(coulomb):
     with pytest.raises(SimulationError):
@@ -267,6 +308,8 @@ def test_a_plant_that_cannot_be_built_is_rejected(arguments, message):
         (lambda: ArmSimulation(flywheel()).run(lambda o: 0.0, [0.0, 0.0], 1.0), "1 finite start positions"),
         (lambda: ArmSimulation(flywheel()).run(lambda o: 0.0, [0.0], 0.0), "duration = 0"),
         (lambda: ArmSimulation(flywheel()).run(lambda o: 0.0, [0.0], 1e-4), "hold at least one period"),
+        (lambda: ArmSimulation(flywheel()).start([0.0], rate=0.0), "rate = 0"),
+        (lambda: ArmSimulation(flywheel()).start([0.0]).apply([1.0, 2.0]), r"torque has shape \(2,\); \(1,\)"),
     ],
 )
 def test_values_that_cannot_be_used_are_rejected(make, message):
@@ -276,3 +319,6 @@ def test_values_that_cannot_be_used_are_rejected(make, message):
 
 def test_a_simulation_prints_on_one_line():
     assert repr(ArmSimulation(load("panda"))) == "ArmSimulation('panda', nv=7, substeps=2)"
+    moving = ArmSimulation(load("panda")).start(HOME["panda"])
+    moving.step()
+    assert repr(moving) == "ArmBackend('panda', rate=500, time=0.002)"

@@ -79,7 +79,7 @@ def test_without_friction_the_steady_state_is_within_a_tenth_of_a_millimetre(arm
 def test_a_payload_lowers_the_tool_by_its_weight_over_inertia_and_gain(arm):
     """At rest K e = J M⁻¹ Jᵀ weight. The payload is light, so that the arm keeps the posture of this formula."""
     q, weight = HOME[arm.name], np.array([0.0, 0.0, 0.05 * 9.81, 0.0, 0.0, 0.0])
-    loop = OperationalSpaceController(arm, MotionGains(STIFFNESS), PostureTask(q, weight=1e-8), rate=RATE)
+    loop = OperationalSpaceController(arm, MotionGains(STIFFNESS), PostureTask(arm, q, weight=1e-8), rate=RATE)
     loaded = ArmSimulation(arm, payload=0.05)
     response = step_response(arm, loop, q, displacement=(0.001, 0.0, 0.0), rate=RATE, duration=2.0, simulation=loaded)
     state = arm.update(q, np.zeros(arm.nv))

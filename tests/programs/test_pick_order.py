@@ -6,21 +6,18 @@ import math
 import numpy as np
 import pytest
 
+from order_bin import BIN, CRATE, DELIVERY, HIGH, LAYOUT
 from pilegrasp_ctrl import run
 from pilegrasp_ctrl.config import build_scenario
 from pilegrasp_ctrl.exceptions import ConfigurationError, UnreachablePoseError
-from pilegrasp_ctrl.planning.layout import make_layout
 from pilegrasp_ctrl.planning.push_goal import FAILED_LINE_DISTANCE
 from pilegrasp_ctrl.planning.strategy import Plan, tool_rotation
-from pilegrasp_ctrl.planning.walls import BIN_INNER, ORDER_CENTER, ORDER_INNER, are_inside
 from pilegrasp_ctrl.primitives.grasp import Release
-from pilegrasp_ctrl.programs.pick_order import BinState, PickOrder, delivery_pose
-from pilegrasp_ctrl.sections import PileConfig, SupportConfig
+from pilegrasp_ctrl.programs.operator import BinState, SeeingOperator, TrueCounts
+from pilegrasp_ctrl.programs.pick_order import PickOrder
+from pilegrasp_ctrl.sections import IFCO_SIZE, ORDER_SIZE
 from pilegrasp_ctrl.types import Outcome, Pose
 
-BIN = {"program": "order", "support.bin": True, "support.tilt_deg": 5.0}
-LAYOUT = make_layout(SupportConfig(bin=True), PileConfig(), 0.054, order_crate=True)
-HIGH = np.array([0.85, 0.0, 0.2])
 AT_WALL, IN_CORNER = np.array([0.95, 0.03, 0.027]), np.array([0.93, 0.15, 0.027])
 
 
@@ -34,7 +31,9 @@ class World:
         self.time, self.names, self.withdrawn, self.goals, self.anchors, self.begun = 0.0, [], [], [], [], 0
         self.unreachable = set()
         scenario = build_scenario({}, BIN | {f"order.{key}": value for key, value in order.items()})
-        self.order = PickOrder(scenario, LAYOUT.goals, members, delivery_pose(0.9), self.plan)
+        counts = TrueCounts(CRATE, members, scenario.strategy.lift_height)
+        self.sees = SeeingOperator(scenario, LAYOUT.bin, LAYOUT.goals, 0.06, counts, self.plan)
+        self.order, self.counts = PickOrder(scenario, DELIVERY, counts, self.sees), counts
 
     def plan(self, poses, goal, posture):
         if goal.name in self.unreachable:
@@ -72,7 +71,7 @@ class World:
             lying = np.flatnonzero(self.poses[:, 0] > 0.7)[: lifted * self.members]
             self.poses[lying, :3] = HIGH
         elif name == "release":
-            self.poses[held, :3] = [*ORDER_CENTER, 0.03]
+            self.poses[held, :3] = [*CRATE.center, 0.03]
         elif name in ("drop_back", "retreat"):
             self.poses[held, :3] = AT_WALL
             if name == "retreat" and self.script[:1] == ["stuck"]:
@@ -101,7 +100,7 @@ def test_more_objects_than_missing_are_dropped_back():
     first, second, third = world.order.attempts
     assert (first.delivered, second.held, second.delivered, third.delivered) == (3, 2, 0, 1)
     assert second.reason == "2 held where 1 were missing: dropped back"
-    assert world.order.count_delivered(world.poses) == 4
+    assert world.counts.delivered(world.poses) == 4
 
 
 def test_every_goal_is_tried_once_before_one_is_tried_again():
@@ -131,18 +130,18 @@ def test_the_goal_with_most_objects_before_the_hand_is_chosen():
         [0.70, 0.017, 0.027],
         [0.95, -0.15, 0.027],
     )
-    assert world.order.next_plan(world.poses)[0].name == "corner_left"
+    assert world.sees.plan_for(world.poses)[0].name == "corner_left"
     world.poses[8:, :3] = AT_WALL
-    assert world.order.next_plan(world.poses)[0].name == "wall"
+    assert world.sees.plan_for(world.poses)[0].name == "wall"
     # Objects outside the bin do not count.
     world.poses[8:, :2] = 0.93, 0.5
-    assert world.order.next_plan(world.poses)[0].name == "corner_left"
+    assert world.sees.plan_for(world.poses)[0].name == "corner_left"
 
 
 def test_objects_too_far_right_for_the_wall_are_picked_from_the_right_corner():
     world = World([])
     world.poses[:, :3] = [0.97, -0.1, 0.025]
-    line, plan, _ = world.order.next_plan(world.poses)
+    line, plan, _ = world.sees.plan_for(world.poses)
     assert line.name == "corner_right"
     assert plan.start.rotation[1, 0] < 0.0
 
@@ -150,7 +149,7 @@ def test_objects_too_far_right_for_the_wall_are_picked_from_the_right_corner():
 def test_a_goal_out_of_reach_is_skipped_and_the_order_ends_without_one():
     world = World([4])
     world.unreachable = {"wall"}
-    assert world.order.next_plan(world.poses)[0].name == "corner_left"
+    assert world.sees.plan_for(world.poses)[0].name == "corner_left"
     world.unreachable = {"wall", "corner_left", "corner_right"}
     assert world.fill() == "out of reach"
     assert world.names == []
@@ -187,15 +186,15 @@ def test_a_net_bag_counts_as_one():
     world = World([1, 1, 2], members=3, count=15)
     assert world.fill() is None
     assert [attempt.delivered for attempt in world.order.attempts] == [1, 1, 2]
-    assert np.count_nonzero(are_inside(world.poses, ORDER_CENTER, ORDER_INNER)) == 12
+    assert np.count_nonzero(CRATE.are_inside(world.poses)) == 12
 
 
 def test_the_fingertips_travel_six_centimetres_above_the_rims_and_stop_short_of_the_crates_middle():
-    point = delivery_pose(0.9).translation
-    assert point[2] - BIN_INNER[2] == pytest.approx(0.06)
-    assert point[2] - ORDER_INNER[2] == pytest.approx(0.06)
-    forward = delivery_pose(0.9).rotation[:2, 0]
-    np.testing.assert_allclose(ORDER_CENTER - point[:2], 0.04 * forward / np.linalg.norm(forward), atol=1e-12)
+    point = DELIVERY.translation
+    assert point[2] - IFCO_SIZE[2] == pytest.approx(0.06)
+    assert point[2] - ORDER_SIZE[2] == pytest.approx(0.06)
+    forward = DELIVERY.rotation[:2, 0]
+    np.testing.assert_allclose(CRATE.center - point[:2], 0.04 * forward / np.linalg.norm(forward), atol=1e-12)
 
 
 def test_the_orders_crate_is_beside_the_bin():
@@ -203,8 +202,8 @@ def test_the_orders_crate_is_beside_the_bin():
     left = next(wall for wall in LAYOUT.walls if wall.name == "bin_left")
     right = next(wall for wall in LAYOUT.walls if wall.name == "order_right")
     assert right.center[1] - right.half_size[0] > left.center[1] + left.half_size[0]
-    points = np.array([[*ORDER_CENTER, 0.03], [*ORDER_CENTER, 0.2], [0.9, 0.0, 0.03]])
-    assert are_inside(points, ORDER_CENTER, ORDER_INNER).tolist() == [True, False, False]
+    points = np.array([[*CRATE.center, 0.03], [*CRATE.center, 0.2], [0.9, 0.0, 0.03]])
+    assert CRATE.are_inside(points).tolist() == [True, False, False]
 
 
 @pytest.mark.parametrize(
@@ -236,9 +235,9 @@ def test_the_object_of_an_order_of_one_ends_in_the_crate():
     assert recording.meta["attempts"] == answer["attempts"]
     objects = [index for index, body in enumerate(recording.bodies) if body.role == "object"]
     ends = recording.body_position[-1, objects]
-    assert np.count_nonzero(are_inside(ends, ORDER_CENTER, ORDER_INNER)) == 1
+    assert np.count_nonzero(CRATE.are_inside(ends)) == 1
     starts = recording.body_position[0, objects]
-    assert not are_inside(starts, ORDER_CENTER, ORDER_INNER).any()
+    assert not CRATE.are_inside(starts).any()
     assert math.isclose(result.attempts[-1].end, result.sim_time, abs_tol=0.01)
 
 

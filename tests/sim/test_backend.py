@@ -1,11 +1,14 @@
 """The simulated robot: reset, observation, command and step."""
 
+import tempfile
+
 import numpy as np
 import pytest
 
 from pilegrasp_ctrl.config import load_scenario
+from pilegrasp_ctrl.exceptions import SimulationError
 from pilegrasp_ctrl.programs.attempt import prepare
-from pilegrasp_ctrl.sim.backend import Stepper
+from pilegrasp_ctrl.sim.stepper import Stepper
 
 
 @pytest.fixture(scope="module")
@@ -26,9 +29,11 @@ def test_reset_puts_arm_and_objects_at_their_poses_at_rest(backend):
     np.testing.assert_array_equal(observation.q, q)
     np.testing.assert_array_equal(observation.v, 0.0)
     assert observation.time == 0.0
-    position, quaternion = simulation.poses(np.array(simulation.scene.objects))
-    np.testing.assert_allclose(position, POSES[:, :3])
-    np.testing.assert_allclose(quaternion, POSES[:, 3:])
+    np.testing.assert_array_equal(simulation.object_poses(), POSES)
+    position, quaternion = simulation.view.poses()
+    objects = [body.role == "object" for body in simulation.view.bodies]
+    np.testing.assert_allclose(position[objects], POSES[:, :3])
+    np.testing.assert_allclose(quaternion[objects], POSES[:, 3:])
     assert not simulation.data.ctrl.any()
 
 
@@ -79,15 +84,33 @@ def test_after_a_reset_the_motion_is_the_same_to_the_last_bit(backend):
     np.testing.assert_array_equal(ends[0][1], ends[1][1])
 
 
-def test_poses_are_copies(backend):
+def test_what_a_backend_returns_is_not_changed_by_later_steps(backend):
     simulation, _, q = backend
     simulation.reset(q, POSES)
-    position, _ = simulation.poses(np.array(simulation.scene.objects))
-    kept = position.copy()
+    observation = simulation.observe()
+    returned = [observation.q, observation.v, observation.wrench, simulation.object_poses(), *simulation.view.poses()]
+    kept = [array.copy() for array in returned]
     for _ in range(5):
-        simulation.data.qvel[-12:] = 0.3
+        simulation.data.qvel[:] = 0.3
         simulation.step()
-    np.testing.assert_array_equal(position, kept)
+    assert not np.array_equal(simulation.object_poses(), kept[3])
+    for array, before in zip(returned, kept, strict=True):
+        np.testing.assert_array_equal(array, before)
+
+
+def test_a_reset_forgets_what_was_watched(backend, tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    simulation, _, q = backend
+    simulation.reset(q, POSES)
+    for _ in range(20):
+        simulation.step()
+    simulation.reset(q, POSES)
+    simulation.data.qvel[0] = np.nan
+    with pytest.raises(SimulationError, match=r"at 0\.002 s .*not finite.*the last states are in"):
+        simulation.step()
+    (file,) = tmp_path.glob("pilegrasp-last-states-*.npz")
+    assert len(np.load(file)["time"]) == 1
 
 
 def test_another_stepper_may_advance_the_simulation(backend):

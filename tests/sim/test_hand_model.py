@@ -8,9 +8,10 @@ from hand_files import flatten
 from pilegrasp_ctrl import robots
 from pilegrasp_ctrl.config import Scenario, build_scenario, load_scenario
 from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.hand_description import REPLACED, SCALED
 from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.sections import HandModelConfig
-from pilegrasp_ctrl.sim.hand import REPLACED, SCALED, Hand
+from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.objects import objects_of
 from pilegrasp_ctrl.validation.hand import hand_bench
 from pilegrasp_ctrl.validation.hand.hand_bench import HandBench
@@ -45,7 +46,14 @@ def test_the_shovel_accepts_the_keys_of_a_rigid_hand(factor):
 @pytest.mark.parametrize("factor", [name for name in HandModelConfig.model_fields if name not in RIGID])
 def test_the_shovel_rejects_the_keys_of_a_soft_hand(factor):
     with pytest.raises(ConfigurationError, match=rf"hand_model\.{factor} has no effect if hand = 'shovel'"):
-        build_scenario({"hand": "shovel"}, {f"hand_model.{factor}": 0.8})
+        build_scenario({"hand": "shovel"}, {f"hand_model.{factor}": 0.1 if factor == "advance" else 0.8})
+
+
+def test_advance_replaces_the_way_that_the_closing_hand_goes_on():
+    shipped = prepare(load_scenario("spheres_wall"), 0).plan.primitives[2]
+    still = prepare(load_scenario("spheres_wall", {"hand_model.advance": 0.0}), 0).plan.primitives[2]
+    assert (shipped.name, shipped.advance, still.advance) == ("grasp", 0.06, 0.0)
+    assert build_scenario({}, {"hand_model.advance": 0.0}).config_hash() != Scenario().config_hash()
 
 
 def test_the_error_names_a_factor_out_of_range():

@@ -18,7 +18,7 @@ from pilegrasp_ctrl.sim.objects import OBJECT_MODELS, object_model, objects_of
 from pilegrasp_ctrl.sim.scene import build_scene
 from places import DOCS
 
-# Table I: diameter or width, height [m] and mass [kg]
+# Table I, and a prism for a null model: diameter or width, height [m] and mass [kg]
 TABLE = {
     ("light_sphere", "real"): (0.054, 0.054, 0.060),
     ("light_sphere", "sim"): (0.056, 0.056, 0.060),
@@ -38,6 +38,7 @@ TABLE = {
     ("lime", "literal"): (0.098, 0.068, 0.029),
     ("lime_net", "real"): (0.049, 0.068, 0.029),
     ("lime_net", "literal"): (0.098, 0.068, 0.029),
+    ("prism", "real"): (0.040, 0.020, 0.0228),
 }
 
 
@@ -75,7 +76,8 @@ def test_moments_of_inertia_follow_the_closed_formulas(name):
             across = m * (size[0] ** 2 / 4.0 + (2.0 * size[1]) ** 2 / 12.0)
             expected = [across, across, m * size[0] ** 2 / 2.0]
         case "box":
-            expected = [m * (2.0 * size[0]) ** 2 / 6.0] * 3
+            a, b, c = size
+            expected = [m * (b * b + c * c) / 3.0, m * (a * a + c * c) / 3.0, m * (a * a + b * b) / 3.0]
         case "ellipsoid":
             a, b, c = size
             expected = [m * (b * b + c * c) / 5.0, m * (a * a + c * c) / 5.0, m * (a * a + b * b) / 5.0]

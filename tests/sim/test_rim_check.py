@@ -5,12 +5,16 @@ import numpy as np
 import pytest
 
 from pilegrasp_ctrl.planning.walls import Wall
+from pilegrasp_ctrl.sim.hand_drive import HandDrive
 from pilegrasp_ctrl.sim.monitors import RimCheck
 from pilegrasp_ctrl.sim.scene import Scene
 
 CENTER, HALF_SIZE = np.array([1.0, 0.0, 0.08]), np.array([0.01, 0.2, 0.08])
 WALL = Wall(name="bin_far", center=CENTER, half_size=HALF_SIZE, yaw=np.pi, crate="bin")
 PARTS = ("sensor", "finger", "link5", "object_0")
+
+
+STILL = HandDrive(np.zeros(0), np.zeros(0))
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +28,9 @@ def scene():
         body.add_geom(name=part, size=[0.01, 0.0, 0.0])
     model = spec.compile()
     ids = {part: model.body(part).id for part in PARTS}
-    return Scene(model, 0, objects=(ids["object_0"],), hand_bodies=(ids["sensor"], ids["finger"]), object_qpos=0)
+    return Scene(
+        model, 0, objects=(ids["object_0"],), hand_bodies=(ids["sensor"], ids["finger"]), object_qpos=0, drive=STILL
+    )
 
 
 def touching(scene, part, height):

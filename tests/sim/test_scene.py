@@ -77,6 +77,7 @@ def test_exactly_the_contacts_of_hand_and_objects_have_explicit_pairs(built):
     expected |= {frozenset(pair) for pair in product(objects, supports)}
     expected |= {frozenset(pair) for pair in product(fingers, objects)}
     expected |= {frozenset(pair) for pair in product(fingers, supports)}
+    expected |= {frozenset(pair) for pair in built.hand.touching_pairs}
     assert pairs_of(built.scene.model).keys() == expected
     assert len(expected) == built.scene.model.npair
     assert "sensor" in fingers

@@ -8,8 +8,8 @@ from pilegrasp_ctrl import run
 from pilegrasp_ctrl.config import SensorConfig, build_scenario, load_scenario
 from pilegrasp_ctrl.primitives.primitive import Setpoint
 from pilegrasp_ctrl.programs.attempt import prepare
-from pilegrasp_ctrl.sim.backend import Simulation
 from pilegrasp_ctrl.sim.hand import Hand
+from pilegrasp_ctrl.sim.simulation import Simulation
 from pilegrasp_ctrl.sim.wrist_sensor import CALIBRATIONS, CHANNELS, WristSensor
 from pilegrasp_ctrl.trajectories.straight_line import StraightLine
 

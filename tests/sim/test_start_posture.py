@@ -53,6 +53,12 @@ def test_both_engines_put_the_tool_at_the_pose_that_was_asked_for(search, place)
     assert margin.min() > MARGIN - 1e-3
 
 
+def test_a_posture_is_rounded_far_beyond_what_blas_changes_from_one_processor_to_another(search):
+    hand, posture, *_ = search
+    q = posture.solve(Pose((0.7, 0.0, 0.1), tool_rotation(0.0, hand.theta)))
+    np.testing.assert_array_equal(q, np.round(q, 6))
+
+
 def test_a_start_leads_to_a_posture_near_it(search):
     hand, posture, *_ = search
     here = Pose((0.7, 0.0, 0.1), tool_rotation(0.0, hand.theta))

@@ -6,11 +6,15 @@ import mujoco
 import numpy as np
 import pytest
 
+from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.exceptions import SimulationError
+from pilegrasp_ctrl.programs.attempt import prepare
 from pilegrasp_ctrl.sections import PileConfig
-from pilegrasp_ctrl.sim.monitors import MAX_PENETRATION, Watchdog
+from pilegrasp_ctrl.sim.monitors import KINDS, MAX_DROP_PENETRATION, MAX_PENETRATION, Watchdog, kinds_of
 from pilegrasp_ctrl.sim.objects import objects_of
 from pilegrasp_ctrl.sim.scene import add_objects, new_spec
+
+ON_SUPPORT = MAX_PENETRATION["object", "support"]
 
 
 @pytest.fixture
@@ -89,7 +93,7 @@ def test_a_torque_that_is_not_finite_stops_the_run(last_states):
 
 @pytest.mark.parametrize(
     ("depth", "stops"),
-    [(0.5 * MAX_PENETRATION, False), (0.95 * MAX_PENETRATION, False), (1.05 * MAX_PENETRATION, True)],
+    [(0.5 * ON_SUPPORT, False), (0.95 * ON_SUPPORT, False), (1.05 * ON_SUPPORT, True)],
 )
 def test_a_contact_that_is_too_deep_stops_the_run(last_states, depth, stops):
     data = at_height(ball_on_a_table(), -depth)
@@ -115,4 +119,28 @@ def test_the_hardest_impact_of_two_limes_from_a_dropped_bag_is_accepted(last_sta
         watchdog.check(data)
         deepest = max(deepest, -float(data.contact.dist.min(initial=0.0)))
     assert data.qvel[0] < 0.0 < data.qvel[6]
-    assert 0.008 < deepest < MAX_PENETRATION
+    assert 0.003 < deepest < MAX_DROP_PENETRATION
+
+
+def test_a_deep_contact_is_accepted_while_objects_fall(last_states):
+    data = at_height(ball_on_a_table(), -1.05 * ON_SUPPORT)
+    data.qvel[2] = -2.0
+    watchdog = Watchdog("fall")
+    watchdog.check(data)
+    data.time, data.qvel[2] = data.time + 0.05, 0.0
+    watchdog.check(data)
+    data.time += 0.06
+    stop(watchdog, data, match="overlap")
+
+
+def test_geoms_are_objects_hand_or_support():
+    scene = prepare(load_scenario("spheres_wall", {"pile.count": 1}), 0).simulation.scene
+    kinds, geom = kinds_of(scene.model), scene.model.geom
+    named = {name: KINDS[kinds[geom(name).id]] for name in ("table", "wall", "object_0", "middle_4", "palm_web")}
+    assert named == {
+        "table": "support",
+        "wall": "support",
+        "object_0": "object",
+        "middle_4": "hand",
+        "palm_web": "hand",
+    }

@@ -6,18 +6,20 @@ import signal
 import pytest
 
 import pilegrasp_ctrl as pg
+import places
 from pilegrasp_ctrl.exceptions import ConfigurationError
+from pilegrasp_ctrl.plugins import use_plugins
 from pilegrasp_ctrl.recording import Recording
 from pilegrasp_ctrl.study.attempt import WorkItem, repeatable, run_work_item
-from pilegrasp_ctrl.study.cluster_pool import ClusterPool
 from pilegrasp_ctrl.study.condition import Condition, conditions
 from pilegrasp_ctrl.study.origins import origins_of
 from pilegrasp_ctrl.study.run import run_study
+from pilegrasp_ctrl.study.summary import summarise
 from study_tasks import final_position
 
 SHORT = {"line.displacement": [0.0, 0.02, 0.0]}
 OUT_OF_REACH = [1.9, 0.0, 0.25]
-MEASURE = "study_tasks.final_position"
+MEASURE = "study_tasks:final_position"
 
 
 def short_attempts(seeds=2):
@@ -29,6 +31,13 @@ def short_attempts(seeds=2):
 
 def recording_of(store, row):
     return store.recording_file(row.config_hash, row.seed)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def helpers():
+    use_plugins([places.ROOT / "tests" / "helpers"])
+    yield
+    use_plugins([])
 
 
 @pytest.fixture(scope="module")
@@ -69,6 +78,18 @@ def test_the_first_seed_of_each_condition_left_a_recording(study):
     assert Recording.load(recording_of(store, row)).meta["config_hash"] == row.config_hash
 
 
+def test_a_measure_shows_its_mean_beside_the_rate(study):
+    store, _ = study
+    rows = summarise(store)
+    frames = [
+        [row.result["measures"]["frames"] for row in store.attempts() if row.config_hash == key and row.result]
+        for key in dict.fromkeys(row.config_hash for row in store.attempts())
+    ]
+    assert [row.as_dict().get("measures") for row in rows] == [
+        {"frames": sum(found) / len(found)} if found else None for found in frames
+    ]
+
+
 def test_progress_counts_up_to_all(study):
     _, seen = study
     assert [state.done for state in seen] == sorted(state.done for state in seen)
@@ -81,9 +102,9 @@ def test_progress_counts_up_to_all(study):
 
 def test_a_finished_study_starts_no_worker_and_is_refused_with_another_measure(study, monkeypatch):
     store, _ = study
-    monkeypatch.setattr("pilegrasp_ctrl.study.run._pool", None)
+    monkeypatch.setattr("pilegrasp_ctrl.study.run.open_pool", None)
     run_study(short_attempts(), store.folder, measure=MEASURE).close()
-    with pytest.raises(ConfigurationError, match=r"measure is study_tasks\.final_position for .*, and none here"):
+    with pytest.raises(ConfigurationError, match=r"measure is study_tasks:final_position for .*, and none here"):
         run_study(short_attempts(), store.folder)
 
 
@@ -123,24 +144,6 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_table_and_the_same_recordi
             assert not ours.is_file() or ours.read_bytes() == theirs.read_bytes()
 
 
-def test_workers_with_several_threads_are_refused(cluster, monkeypatch):
-    with ClusterPool(cluster.scheduler_address) as pool:
-        assert pool.width() == 4
-        monkeypatch.setattr(pool._client, "nthreads", lambda: {"tcp://10.0.0.2:40331": 8})
-        monkeypatch.setattr(pool, "_counted", float("-inf"))
-        with pytest.raises(ConfigurationError, match=r"10\.0\.0\.2:40331 has 8 threads.*--nthreads 1"):
-            pool.width()
-
-
-def test_a_missing_scheduler_is_an_error_with_the_remedy(monkeypatch):
-    monkeypatch.setattr("pilegrasp_ctrl.study.cluster_pool.CONNECT_TIMEOUT", 0.2)
-    with pytest.raises(ConfigurationError, match=r"no scheduler answers at 'tcp://127\.0\.0\.1:1'"):
-        ClusterPool("tcp://127.0.0.1:1")
-    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
-    with pytest.raises(ConfigurationError, match=r"pip install 'pilegrasp\[cluster\]'"):
-        ClusterPool("tcp://127.0.0.1:1")
-
-
 def work_item(condition, **changes):
     origins = origins_of([condition.scenario]) | changes
     return WorkItem(condition.scenario, condition.config_hash, 0, "no", None, origins)
@@ -178,8 +181,11 @@ def test_a_scenario_that_cannot_run_is_refused_before_a_worker_starts(tmp_path, 
     [
         ({"record": "some"}, "choose from none, failures, first, all"),
         ({"jobs": 0}, "must be at least 1"),
-        ({"measure": "study_tasks.speed"}, "measure = 'study_tasks.speed' cannot be imported"),
-        ({"measure": "nothing"}, "give package.module.function"),
+        (
+            {"measure": "study_tasks:speed"},
+            "measure = 'study_tasks:speed': the module 'study_tasks' has no function 'speed'",
+        ),
+        ({"measure": "nothing"}, "is not of the form module:function"),
     ],
 )
 def test_arguments_out_of_range_are_refused(tmp_path, arguments, sentence):

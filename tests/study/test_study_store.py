@@ -2,6 +2,7 @@
 
 import json
 import sqlite3
+import sys
 
 import pytest
 from scipy.stats import norm
@@ -9,10 +10,11 @@ from scipy.stats import norm
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.exceptions import ConfigurationError, ExportError
 from pilegrasp_ctrl.files import locked
+from pilegrasp_ctrl.plugins import use_plugins
 from pilegrasp_ctrl.study import origins
 from pilegrasp_ctrl.study.attempt import AttemptReport
 from pilegrasp_ctrl.study.condition import Condition, conditions
-from pilegrasp_ctrl.study.origins import compare, origins_of
+from pilegrasp_ctrl.study.origins import check_origins, compare, origins_of
 from pilegrasp_ctrl.study.run import run_study
 from pilegrasp_ctrl.study.store import StudyStore
 from pilegrasp_ctrl.study.summary import summarise
@@ -219,26 +221,59 @@ def test_counts_and_wilson_intervals(store, counts):
     assert (asked.n, asked.successes) == (2, 1)
 
 
+MEASURE = "pilegrasp_ctrl.analysis.motion:measure_attempt"
+
+
 def test_origins_name_what_a_result_depends_on():
     wall, cubes = load_scenario("spheres_wall"), load_scenario("cubes_wall", {"hand": "shovel"})
     found = origins_of([wall, cubes])
     assert {"pilegrasp", "mujoco", "pin", "numpy", "robots/wam7", "robots/hands/rbo_hand2"} <= found.keys()
     assert {"robots/hands/shovel", "objects/cube", "objects/light_sphere"} <= found.keys()
     assert "robots/hands/shovel" not in origins_of([wall])
-    assert "osqp" in origins_of([load_scenario("spheres_wall", {"controller.solver": "osqp"})])
+    for solver, package in {"osqp": "osqp", "proxqp": "proxsuite", "clarabel": "clarabel"}.items():
+        assert package not in found
+        assert package in origins_of([load_scenario("spheres_wall", {"controller.solver": solver})])
     assert found["measure"] == "none"
-    assert origins_of([wall], "json.dumps")["measure"] == "json.dumps"
+    assert found["Python"] == ".".join(map(str, sys.version_info[:2]))
+    assert {"numba", "llvmlite", "eigenpy", "scipy", "qpsolvers"} <= found.keys()
+    assert "absent" not in found.values()
+    assert origins_of([wall], MEASURE)["measure"] == MEASURE
 
 
-def test_a_measure_counts_with_the_modules_beside_it(tmp_path, monkeypatch):
+def test_each_object_of_a_mixture_is_an_origin():
+    mixed = load_scenario("spheres_wall", {"pile.object": "light_sphere+cube", "pile.count": 4})
+    assert {"objects/light_sphere", "objects/cube"} <= origins_of([mixed]).keys()
+
+
+def test_a_study_of_another_python_is_refused_in_a_sentence_and_not_mixed(tmp_path, monkeypatch):
+    (condition,) = conditions("free_space_line", {}, {"line.displacement": [0.0, 0.01, 0.0]})
+    with StudyStore(tmp_path, create=True) as store:
+        store.adopt([condition], origins_of([condition.scenario]))
+    monkeypatch.setattr("platform.python_version_tuple", lambda: ("3", "99", "1"))
+    with pytest.raises(ConfigurationError, match=r"Python is 3\.\d+ for .*study\.db, and 3\.99 here; choose another"):
+        run_study([(condition, 0)], tmp_path)
+    with StudyStore(tmp_path) as store:
+        assert store.attempts() == []
+
+
+def test_a_worker_of_another_python_is_refused(monkeypatch):
+    (condition,) = conditions("free_space_line", {}, {"line.displacement": [0.0, 0.02, 0.0]})
+    planned = origins_of([condition.scenario]) | {"Python": "3.99"}
+    with pytest.raises(ConfigurationError, match=r"Python is 3\.99 for the study, and .* here; give every worker"):
+        check_origins(planned, condition.scenario, None)
+
+
+def test_a_measure_counts_with_the_modules_that_it_imports(tmp_path):
     package = tmp_path / "measured_here"
     package.mkdir()
-    for name in ("__init__", "spread", "helper"):
-        (package / f"{name}.py").write_text("def spread(recording):\n    return {}\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    before = origins_of([], "measured_here.spread.spread")
-    (package / "helper.py").write_text("WIDTH = 0.2\n")
-    after = origins_of([], "measured_here.spread.spread")
+    for name in ("__init__", "helper"):
+        (package / f"{name}.py").write_text("WIDTH = 0.1\n")
+    (package / "spread.py").write_text("from .helper import WIDTH\n\ndef spread(recording):\n    return {}\n")
+    use_plugins([tmp_path])
+    before = origins_of([], "measured_here.spread:spread")
+    (package / "helper.py").write_text("WIDTH = 0.25\n")
+    use_plugins([tmp_path])
+    after = origins_of([], "measured_here.spread:spread")
     assert {name for name in after if after[name] != before[name]} == {"the measure's code"}
 
 
@@ -251,7 +286,7 @@ def test_a_changed_file_of_a_robot_or_an_object_is_another_origin(tmp_path, monk
     (hand / "README.md").write_text("a hand")
     ball = tmp_path / "light_sphere.toml"
     ball.write_text("mass = 0.06\n")
-    monkeypatch.setattr(origins, "robot_file", lambda *parts: hand)
+    monkeypatch.setattr("pilegrasp_ctrl.robots.folder_of", lambda name: hand)
     monkeypatch.setattr(origins, "object_files", lambda: {"light_sphere": ball})
     first = origins_of([wall])
     (hand / "README.md").write_text("a hand, described better")

@@ -10,7 +10,7 @@ from pilegrasp_ctrl.control.sampled_data import stiffness_margin, tool_mobility
 from pilegrasp_ctrl.exceptions import ConfigurationError, SimulationError
 from pilegrasp_ctrl.robots import path
 from pilegrasp_ctrl.tasks.gains import Impedance, MotionGains, load_gains
-from pilegrasp_ctrl.tasks.impedance_task import ImpedanceTask
+from pilegrasp_ctrl.tasks.impedance_law import ImpedanceLaw
 from pilegrasp_ctrl.types import Observation, Pose, Reference
 from touch import LAG, home, run
 
@@ -102,11 +102,11 @@ def test_the_preset_moves_as_its_mass_damper_and_spring_along_the_tool_s_axes(na
 @pytest.mark.parametrize("name", ARMS)
 def test_without_a_damping_ratio_only_explicit_damping_acts(name):
     arm = without_friction(name)
-    task = ImpedanceTask(Impedance(400.0, damping_ratio=0.0, damping=[120.0] * 3 + [2.0] * 3))
+    task = ImpedanceLaw(Impedance(400.0, damping_ratio=0.0, damping=[120.0] * 3 + [2.0] * 3))
     mobility = tool_mobility(arm, task.impedance, HOME[name])
     np.testing.assert_allclose(task.damping(mobility), np.diag([120.0] * 3 + [2.0] * 3), atol=1e-9)
     moving = arm.update(HOME[name], np.full(arm.nv, 0.1))
-    wanted = task.acceleration(moving, Reference(moving.pose), np.zeros(6), np.zeros(6), np.zeros(6))
+    wanted = task.acceleration(moving, Reference(moving.pose), np.zeros(6), np.zeros(6), np.zeros(6), mobility)
     np.testing.assert_allclose(np.linalg.solve(mobility, wanted), -task.impedance.damping * moving.twist, atol=1e-6)
 
 

@@ -23,9 +23,16 @@ def chromium():
 
 
 @pytest.fixture(scope="session")
-def browser(chromium):
+def only_browser(chromium):
     with Browser(chromium) as process:
         yield process
+
+
+@pytest.fixture(scope="module")
+def browser(only_browser):
+    """The browser, which shows nothing after a module: a page that plays on would slow down all other tests."""
+    yield only_browser
+    only_browser.call("Page.navigate", url="about:blank")
 
 
 @pytest.fixture(scope="module")

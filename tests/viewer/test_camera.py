@@ -9,7 +9,7 @@ import pytest
 
 from page_parts import still
 from pilegrasp_ctrl.recording import Body, Shape
-from pilegrasp_ctrl.viewer.camera import action_box, best_direction, directions
+from pilegrasp_ctrl.viewer.scene.camera import action_box, best_direction, directions
 from synthetic_recording import synthetic
 
 

@@ -14,9 +14,9 @@ from PIL import Image
 from browser import program
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.viewer import write
-from pilegrasp_ctrl.viewer.contact_sheet import MAX_TILES, USUAL_TILES, moments
-from pilegrasp_ctrl.viewer.movie import GIF_RATE, HOLD, MAX_FRAMES, frame_times
-from pilegrasp_ctrl.viewer.stills import Stills
+from pilegrasp_ctrl.viewer.pictures.contact_sheet import MAX_TILES, USUAL_TILES, moments
+from pilegrasp_ctrl.viewer.pictures.movie import GIF_RATE, HOLD, MAX_FRAMES, frame_times
+from pilegrasp_ctrl.viewer.pictures.stills import Stills
 from synthetic_recording import PHASES, synthetic
 
 HOSTILE = '</script><script>window.pwned=1</script><img src="x" onerror="window.pwned=1">${pwned=1}`'
@@ -55,6 +55,18 @@ def test_the_sheet_holds_start_and_end_of_each_primitive(attempt):
         assert {start, end} <= words.keys()
         between = [words[t] for t in times if start < t < end]
         assert all(texts == (name,) for texts in between)
+
+
+def test_a_loss_has_a_tile(attempt):
+    # The first ball falls from the hand at 9 s.
+    ball = next(k for k, body in enumerate(attempt.bodies) if body.name == "light_sphere_00")
+    position = np.array(attempt.body_position)
+    late = attempt.frame_time > 9.0
+    position[late, ball] = position[0, ball]
+    (tile,) = (moment for moment in moments(replace(attempt, body_position=position)) if "lost" in str(moment.words))
+    assert tile.words == ("lost light sphere 00",)
+    assert tile.failed
+    assert tile.time == pytest.approx(9.0, abs=0.05)
 
 
 def test_a_failure_is_marked():
@@ -177,7 +189,7 @@ def test_hostile_names_are_drawn_and_run_nothing(chromium, tmp_path):
     shown = moments(hostile)
     with Stills(hostile) as stills:
         stills.open_sheet(2, {"title": HOSTILE, "verdict": HOSTILE, "reason": HOSTILE, "ink": "bad"})
-        stills.add_tile(0, 0.0, shown[0].words, failed=True)
+        stills.add_tile(0, replace(shown[0], failed=True))
         assert len(stills.sheet()) > 1000
         stills.open_movie(320, 230)
         assert len(stills.frame(1.0, HOSTILE)) > 1000

@@ -12,7 +12,7 @@ from browser import program
 from pilegrasp_ctrl import cli
 from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.viewer import write
-from pilegrasp_ctrl.viewer.stills import Stills
+from pilegrasp_ctrl.viewer.pictures.stills import Stills
 from synthetic_recording import synthetic
 
 SPEED = 20.0
@@ -115,7 +115,7 @@ def test_an_interrupt_leaves_neither_a_file_nor_a_browser(chromium, attempt, tmp
         (["a.png", "--speed", "2"], "--speed is for movies"),
         (["a.gif", "--speed", "0"], "out of range"),
         (["a.gif", "--speed", "nan"], "out of range"),
-        (["a.webm"], "must end in .html, .png, .gif or .mp4"),
+        (["a.webm"], "must end in .html, .png, .gif, .mp4, .csv, .rrd or .mcap"),
         (["nowhere/a.gif"], "does not exist"),
     ],
 )
@@ -129,7 +129,7 @@ def test_an_export_that_cannot_be_written_is_an_error(capsys, saved, arguments, 
 
 
 def test_write_knows_no_other_suffix(attempt, tmp_path):
-    with pytest.raises(ExportError, match=r"must end in \.html, \.png, \.gif or \.mp4"):
+    with pytest.raises(ExportError, match=r"must end in \.html, \.png, \.gif, \.mp4, \.csv, \.rrd or \.mcap"):
         write(attempt, tmp_path / "a.pdf")
 
 

@@ -22,9 +22,12 @@ from tornado.websocket import websocket_connect
 from browser import Browser, find_chromium
 from pilegrasp_ctrl import episode
 from pilegrasp_ctrl.exceptions import ExportError
-from pilegrasp_ctrl.viewer import live
-from pilegrasp_ctrl.viewer.commands import node_path, unpack
-from pilegrasp_ctrl.viewer.live import LiveView
+from pilegrasp_ctrl.viewer.live import LiveView, pace
+from pilegrasp_ctrl.viewer.live import live_view as live
+from pilegrasp_ctrl.viewer.live.forces import WINDOW, Forces
+from pilegrasp_ctrl.viewer.page.summary import summarize
+from pilegrasp_ctrl.viewer.scene.commands import node_path, unpack
+from synthetic_order import synthetic_order
 from synthetic_recording import synthetic
 
 SHORT = {"line.displacement": [0.0, 0.02, 0.0]}
@@ -126,16 +129,69 @@ def test_a_port_that_is_taken_is_passed_over(monkeypatch):
 
 def test_a_page_that_opens_late_gets_scene_frame_and_verdict(view, attempt):
     show(view, attempt, 0, 0.0)
+    view.sample({"time": 0.01, "push_force": 3.14159, "normal_force": -1.0})
     show(view, attempt, 20, 0.01)
-    view.finish("Failed", "push: <b>", False)
+    view.finish({"success": False, "reason": "push: <b>", "realtime_factor": 4.9})
     scene, camera, frame, now, verdict = heard(view, 5)
     objects = [command["path"] for command in unpack(scene) if command["type"] == "set_object"]
     assert objects == [node_path(k, body) for k, body in enumerate(attempt.bodies)]
     assert json.loads(camera)["view"].keys() == {"low", "high", "direction"}
     matrices = np.array([command["matrix"] for command in unpack(frame)]).reshape(-1, 4, 4)
     np.testing.assert_allclose(matrices[:, 3, :3], attempt.body_position[20], atol=1e-6)
-    assert json.loads(now)["now"] == "0.01 s · push"
-    assert json.loads(verdict) == {"verdict": "Failed", "reason": "push: <b>", "state": "failure"}
+    state = json.loads(now)
+    assert state["now"] == "0.01 s · push"
+    assert state["forces"] == {"values": [3.14, -1.0], "curves": [[0.01], [3.142], [-1.0]]}
+    assert state["factor"] > 0.0
+    assert json.loads(verdict) == {
+        "verdict": "Failed",
+        "reason": "push: <b>",
+        "state": "failure",
+        "tally": "",
+        "factor": 4.9,
+    }
+
+
+def test_the_end_is_told_in_the_words_of_the_page():
+    meta = synthetic_order().meta
+    with LiveView("x", timeout=0.0, config=meta["config"]) as view:
+        view.finish(meta | {"carried": {"taken": 3, "kept": 0, "released": 2, "lost": 1, "losses": []}})
+        (verdict,) = heard(view, 1)
+    told = json.loads(verdict)
+    summary = summarize(meta)
+    assert (told["verdict"], told["reason"]) == (summary.verdict, summary.reason)
+    assert "delivered in" in told["verdict"]
+    assert told["tally"] == "3 taken: 2 released, 1 lost"
+
+
+def test_the_curves_hold_the_last_seconds_and_every_peak():
+    forces = Forces()
+    for tick in range(3000):
+        forces.add({"time": 0.01 * tick, "push_force": -20.0 if tick == 2701 else 1.0, "normal_force": 0.0})
+    times, push, normal = forces.message()["curves"]
+    assert times[0] >= 29.99 - WINDOW
+    assert 29.95 <= times[-1] <= 29.99
+    assert len(times) == len(normal) <= 30 * WINDOW + 1
+    assert min(push) == -20.0
+    assert forces.message()["values"] == [1.0, 0.0]
+
+
+def test_the_real_time_factor_leaves_out_the_time_of_the_view(monkeypatch):
+    clock = types.SimpleNamespace(now=1e6)
+
+    def sleep(seconds):
+        clock.now += seconds
+
+    monkeypatch.setattr(pace, "time", types.SimpleNamespace(monotonic=lambda: clock.now, sleep=sleep))
+    shown = pace.Pace()
+    assert shown.factor() is None
+    for frame in range(200):
+        # Four times as fast as real time at first, and half as fast in the end.
+        clock.now += 0.1 * (0.25 if frame < 100 else 2.0)
+        shown.hold(0.1 * frame)
+        if frame in (99, 199):
+            assert shown.factor() == pytest.approx(4.0 if frame == 99 else 0.5)
+        clock.now += 0.03
+        shown.resume(0.1 * frame)
 
 
 def test_it_runs_in_real_time_and_does_not_catch_up(view, attempt, monkeypatch):
@@ -145,7 +201,7 @@ def test_it_runs_in_real_time_and_does_not_catch_up(view, attempt, monkeypatch):
         clock.slept.append(seconds)
         clock.now += seconds
 
-    monkeypatch.setattr(live, "time", types.SimpleNamespace(monotonic=lambda: clock.now, sleep=sleep))
+    monkeypatch.setattr(pace, "time", types.SimpleNamespace(monotonic=lambda: clock.now, sleep=sleep))
     for moment, work in ((0.5, 0.0), (0.6, 0.02), (0.7, 0.3), (0.8, 0.04)):
         clock.now += work
         show(view, attempt, 0, moment)
@@ -164,7 +220,7 @@ async def _open_then_show(view, attempt):
     connection = await websocket_connect(view.url.replace("http", "ws") + "frames")
     # Returns long before the timeout, because a page is open.
     await asyncio.wait_for(asyncio.to_thread(show, view, attempt, 0), 30)
-    view.finish("Success")
+    view.finish({"success": True})
     messages = []
     while not messages or "verdict" not in messages[-1]:
         message = await asyncio.wait_for(connection.read_message(), 10)
@@ -182,12 +238,25 @@ def test_the_page_shows_the_attempt(attempt):
         if os.environ.get("CI") == "true":
             pytest.fail(reason)
         pytest.skip(reason)
-    with Browser(executable) as browser, LiveView(HOSTILE, timeout=60.0) as view:
+    config = {"program": "grasp", "strategy": {"grasp_force": 6.0}}
+    with Browser(executable) as browser, LiveView(HOSTILE, timeout=60.0, config=config) as view:
         browser.visit(view.url)
         show(view, attempt, 0, 0.0)
+        for time, force in ((0.0, 0.5), (0.04, 7.25), (0.08, -4.0)):
+            view.sample({"time": time, "push_force": force, "normal_force": 1.0})
         show(view, attempt, 29, 0.01)
-        view.finish("Success", HOSTILE, True)
-        browser.wait_for("document.getElementById('verdict').textContent === 'Success'")
+        view.finish({"success": True, "grasped": 2, "reason": HOSTILE, "carried": {"taken": 3, "kept": 2, "lost": 1}})
+        browser.wait_for("document.getElementById('verdict').textContent === 'Success: 2 objects held'")
+        assert browser.evaluate("document.getElementById('tally').textContent") == "· 3 taken: 2 kept, 1 lost"
+        assert re.fullmatch(
+            r"real-time factor [\d.]+.*", browser.evaluate("document.getElementById('pace').textContent")
+        )
+        legend = browser.evaluate("document.querySelector('.legend').innerText").split()
+        assert legend == ["force", "[N]", "F_grasp", "6", "N", "push", "force", "−4.0", "normal", "force", "1.0"]
+        heights = browser.evaluate("document.querySelector('polyline.c0').getAttribute('points')").split(" ")
+        threshold = float(browser.evaluate("document.querySelector('.threshold').getAttribute('y1')"))
+        above = [float(point.split(",")[1]) < threshold for point in heights]
+        assert above == [False, True, False]
         assert browser.evaluate("document.getElementById('now').textContent") == "0.01 s · push"
         assert browser.evaluate("document.getElementById('reason').textContent") == HOSTILE
         assert browser.evaluate("document.querySelector('h1').textContent") == HOSTILE
@@ -208,7 +277,7 @@ def test_the_page_shows_the_attempt(attempt):
         assert colors > 300
         view.close()
         browser.wait_for_picture()
-        assert browser.evaluate("document.getElementById('verdict').textContent") == "Success"
+        assert browser.evaluate("document.getElementById('verdict').textContent") == "Success: 2 objects held"
         assert browser.console_errors() == []
         assert {r.split("/")[2] for r in browser.requests() if not r.startswith("data:")} == {view.url.split("/")[2]}
 
@@ -218,7 +287,8 @@ def test_the_page_shows_the_attempt(attempt):
 
 def test_watching_changes_nothing(tmp_path, view):
     plain = episode.run("free_space_line", record=True, overrides=SHORT)
-    watched = episode.run("free_space_line", record=True, overrides=SHORT, on_frame=view.show)
+    hooks = {"on_frame": view.show, "on_sample": view.sample}
+    watched = episode.run("free_space_line", record=True, overrides=SHORT, **hooks)
     plain.recording.save(tmp_path / "plain.npz")
     watched.recording.save(tmp_path / "watched.npz")
     assert (tmp_path / "plain.npz").read_bytes() == (tmp_path / "watched.npz").read_bytes()
@@ -229,12 +299,14 @@ def test_watching_changes_nothing(tmp_path, view):
     assert facts[0] == facts[1]
 
 
-def test_an_observer_sees_the_frames_of_the_recording():
-    seen = []
-    result = episode.run(
-        "free_space_line", record=True, overrides=SHORT, on_frame=lambda *frame: seen.append((frame[0], *frame[3:]))
-    )
+def test_an_observer_sees_the_frames_and_samples_of_the_recording():
+    seen, samples = [], []
+    hooks = {"on_frame": lambda *frame: seen.append((frame[0], *frame[3:])), "on_sample": samples.append}
+    result = episode.run("free_space_line", record=True, overrides=SHORT, **hooks)
     recording = result.recording
+    assert {"time", *recording.signals} == set(samples[0])
+    for name, values in {"time": recording.signal_time, **recording.signals}.items():
+        np.testing.assert_array_equal(np.array([row[name] for row in samples]).astype(values.dtype), values)
     times = [time for time, *_ in seen]
     assert set(recording.frame_time) <= set(times)
     assert times == sorted(times)

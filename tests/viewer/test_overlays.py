@@ -25,11 +25,11 @@ from pilegrasp_ctrl.recording import Body, Recording, Shape
 from pilegrasp_ctrl.recording_parts import Contacts
 from pilegrasp_ctrl.sim.readout import MIN_FORCE, ContactForces
 from pilegrasp_ctrl.viewer import page, write, write_html
-from pilegrasp_ctrl.viewer.commands import commands, node_path, unpack
-from pilegrasp_ctrl.viewer.html import MAX_FRAMES
-from pilegrasp_ctrl.viewer.motion import forward, push_frame
-from pilegrasp_ctrl.viewer.overlays import contact_block
-from pilegrasp_ctrl.viewer.shapes import fingers, tubes
+from pilegrasp_ctrl.viewer.page.limits import MAX_FRAMES
+from pilegrasp_ctrl.viewer.page.motion import forward, push_frame
+from pilegrasp_ctrl.viewer.scene.commands import commands, node_path, unpack
+from pilegrasp_ctrl.viewer.scene.overlays import contact_block
+from pilegrasp_ctrl.viewer.scene.shapes import fingers, tubes
 from pushed_pile import FRONT, HALF_WIDTH, RESTLESS, SPEED, crowd, push_recording
 from synthetic_recording import PHASES, synthetic
 
@@ -40,20 +40,22 @@ def attempt():
 
 
 def read_block(block):
-    """Contacts as the page's script reads them: count of each frame, positions, forces, kinds."""
+    """Contacts as the page's script reads them: count of each frame, positions, forces, bodies, kinds."""
     (frames,) = struct.unpack_from("<I", block)
     count = np.frombuffer(block, "<u2", frames, 4)
     total, at = int(count.sum()), 4 + 2 * frames
     position = np.frombuffer(block, "<i2", 3 * total, at).reshape(-1, 3) * 1e-4
     force = np.frombuffer(block, "<i2", 3 * total, at + 6 * total).reshape(-1, 3) * 1e-2
-    return count, position, force, np.frombuffer(block, "u1", total, at + 12 * total)
+    bodies = np.frombuffer(block, "<u2", 2 * total, at + 12 * total).reshape(-1, 2)
+    return count, position, force, bodies, np.frombuffer(block, "u1", total, at + 16 * total)
 
 
 def test_the_block_of_contacts_holds_them_to_a_tenth_of_a_millimeter(attempt):
-    count, position, force, kind = read_block(contact_block(attempt))
+    count, position, force, bodies, kind = read_block(contact_block(attempt))
     np.testing.assert_array_equal(count, np.diff(attempt.contacts.start))
     np.testing.assert_allclose(position, attempt.contacts.position, atol=0.51e-4)
     np.testing.assert_allclose(force, attempt.contacts.force, atol=0.51e-2)
+    np.testing.assert_array_equal(bodies, attempt.contacts.bodies)
     assert kind[:3].tolist() == [0, 2, 1]
 
 
@@ -62,7 +64,7 @@ def test_contacts_that_do_not_fit_the_block_are_left_out_or_cut(attempt):
     position, force = (np.array(getattr(attempt.contacts, name)) for name in ("position", "force"))
     position[0, 0], force[1] = 1e30, (0.0, -1e30, 2.0)
     wild = Contacts(attempt.contacts.start, attempt.contacts.bodies, position, force)
-    count, _, found, _ = read_block(contact_block(replace(attempt, contacts=wild)))
+    count, _, found, *_ = read_block(contact_block(replace(attempt, contacts=wild)))
     assert count[first] == 2
     np.testing.assert_allclose(found[0], (0.0, -327.67, 2.0))
 
@@ -197,16 +199,16 @@ def test_an_error_of_the_analysis_leaves_the_page_without_what_was_measured(atte
     with pytest.warns(RuntimeWarning, match="a measure that failed: ZeroDivisionError"):
         document = page(attempt)
     (data,) = json.loads(re.search(r'id="page-data">(.*?)</script>', document, flags=re.DOTALL)[1])
-    assert (data["push"], data["separated"]) == (None, None)
+    assert [(one["push"], one["separated"]) for one in data["attempts"]] == [(None, None)]
 
 
 def test_a_page_from_python_is_that_of_the_command(attempt, tmp_path):
     plain = replace(attempt, meta={key: value for key, value in attempt.meta.items() if key != "motion"})
     plain.save(tmp_path / "a.npz")
-    write_html(plain, tmp_path / "python.html")
+    write_html(plain, tmp_path / "python.html", sources=["a.npz"])
     assert cli.main(["export", str(tmp_path / "a.npz"), str(tmp_path / "command.html")]) == 0
     annotate(plain).save(tmp_path / "annotated.npz")
-    write_html(Recording.load(tmp_path / "annotated.npz"), tmp_path / "annotated.html")
+    write_html(Recording.load(tmp_path / "annotated.npz"), tmp_path / "annotated.html", sources=["a.npz"])
     pages = {(tmp_path / f"{name}.html").read_bytes() for name in ("python", "command", "annotated")}
     assert len(pages) == 1
     assert b'"separated":{"path":"/Objects/' in pages.pop()
@@ -266,7 +268,9 @@ def test_the_page_carries_stream_contacts_and_data_of_each_recording(attempt):
 def test_the_separated_object_is_named_only_if_it_was_recorded(attempt):
     def told(motion):
         document = page(replace(attempt, meta={"motion": motion}))
-        return json.loads(re.search(r'id="page-data">(.*?)</script>', document, flags=re.DOTALL)[1])[0]["separated"]
+        return json.loads(re.search(r'id="page-data">(.*?)</script>', document, flags=re.DOTALL)[1])[0]["attempts"][0][
+            "separated"
+        ]
 
     index = [body.name for body in attempt.bodies].index("light_sphere_03")
     found = told({"separated": {"object": "light_sphere_03", "time": 5.0}})
@@ -280,7 +284,9 @@ def test_the_command_finds_out_which_object_separated(attempt, tmp_path, config)
     replace(attempt, meta=dict(attempt.meta) | {"config": config}).save(tmp_path / "a.npz")
     assert cli.main(["export", str(tmp_path / "a.npz"), str(tmp_path / "a.html")]) == 0
     document = (tmp_path / "a.html").read_text(encoding="utf-8")
-    found = json.loads(re.search(r'id="page-data">(.*?)</script>', document, flags=re.DOTALL)[1])[0]["separated"]
+    found = json.loads(re.search(r'id="page-data">(.*?)</script>', document, flags=re.DOTALL)[1])[0]["attempts"][0][
+        "separated"
+    ]
     # Of the two balls in the hand before it closes, this one is nearer to its middle, 21 mm against 32 mm.
     index = [body.name for body in attempt.bodies].index("light_sphere_13")
     assert found["path"] == node_path(index, attempt.bodies[index])
@@ -298,7 +304,7 @@ def test_a_recording_too_long_for_a_page_is_refused():
         [],
         {},
     )
-    with pytest.raises(ExportError, match=f"holds {frames} frames, and a page plays {MAX_FRAMES} at most"):
+    with pytest.raises(ExportError, match=f"holds {frames} frames, and a page shows {MAX_FRAMES} at most"):
         page(long)
 
 

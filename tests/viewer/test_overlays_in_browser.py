@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pilegrasp_ctrl.viewer.commands import node_path
+from pilegrasp_ctrl.viewer.scene.commands import node_path
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
@@ -42,7 +42,7 @@ def test_contact_forces_are_arrows_at_the_recorded_places(paused, attempt):
     shaft, head = arrows[:2]
     frame = int(np.searchsorted(attempt.frame_time, 5.0, side="right")) - 1
     np.testing.assert_allclose(shaft["place"], attempt.contacts.position[attempt.contacts.at(frame)][0], atol=1e-4)
-    np.testing.assert_allclose(np.add(shaft["length"], head["length"]), (-0.04, 0.0, 0.0), atol=1e-4)
+    np.testing.assert_allclose(np.add(shaft["length"], head["length"]), (-0.08, 0.0, 0.0), atol=1e-4)
     switched(paused)
     assert paused.evaluate(f"{overlay('contacts')}.children[0].visible") is False
     switched(paused, "contacts")

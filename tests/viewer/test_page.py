@@ -18,7 +18,7 @@ from pilegrasp_ctrl.exceptions import ExportError
 from pilegrasp_ctrl.recording import Recording, Shape
 from pilegrasp_ctrl.recording_parts import Contacts
 from pilegrasp_ctrl.viewer import page, write_html
-from pilegrasp_ctrl.viewer.commands import commands
+from pilegrasp_ctrl.viewer.scene.commands import commands
 from synthetic_recording import synthetic
 
 HOSTILE = '</script><script>window.pwned=1</script><img src=x onerror="window.pwned=1">&"\'\ud800'
@@ -125,7 +125,7 @@ def test_hostile_meta_and_names_stay_text():
     document = page(replace(plain, meta=GARBLED, bodies=bodies))
     start = document.split("<script>")[0]
     assert "<img" not in start
-    assert document.count("</script>") == 5
+    assert document.count("</script>") == 6
     assert "&lt;img src=x" in start
     json.loads(re.search(r'id="page-data">(.*?)</script>', document, flags=re.DOTALL)[1])
     paths = [c["path"] for c in of_type(commands(replace(plain, bodies=bodies)), "set_transform")]

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from browser import Browser
 from pilegrasp_ctrl.viewer import write_html
-from pilegrasp_ctrl.viewer.commands import node_path
-from pilegrasp_ctrl.viewer.shapes import PALETTE
+from pilegrasp_ctrl.viewer.scene.commands import node_path
+from pilegrasp_ctrl.viewer.scene.shapes import PALETTE
 from synthetic_recording import WALL_X, synthetic
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
@@ -113,7 +113,7 @@ def test_the_browser_shows_the_recorded_poses(paused, attempt):
 
 def test_a_click_on_the_strip_moves_scene_cursor_and_text(paused):
     paused.evaluate("pilegrasp.play()")
-    box = paused.evaluate("document.querySelector('.plot').getBoundingClientRect().toJSON()")
+    box = paused.evaluate("document.querySelector('.over').getBoundingClientRect().toJSON()")
     x, y = box["left"] + 0.5 * box["width"], box["top"] + 0.5 * box["height"]
     for kind in ("mousePressed", "mouseReleased"):
         paused.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
@@ -122,14 +122,14 @@ def test_a_click_on_the_strip_moves_scene_cursor_and_text(paused):
     cursors = paused.evaluate("[...document.querySelectorAll('.cursor')].map((c) => parseFloat(c.style.left))")
     assert cursors == pytest.approx([50.0], abs=0.5)
     assert paused.evaluate("Number(document.getElementById('scrub').value)") == pytest.approx(0.5, abs=0.005)
-    assert re.fullmatch(r"\d\.\d\d s · push · push force −?\d+\.\d N", paused.evaluate(NOW))
-    paused.evaluate("document.querySelectorAll('[data-seek]')[3].click()")
+    assert re.fullmatch(r"\d\.\d\d s · push · push force −?\d+\.\d N · hand touches 00", paused.evaluate(NOW))
+    paused.evaluate("document.querySelectorAll('aside [data-seek]')[3].click()")
     assert paused.evaluate("pilegrasp.time()") == pytest.approx(7.6, abs=1e-3)
     assert paused.evaluate("document.querySelector('tr.now').textContent").startswith("lift")
 
 
 def test_dragging_the_cursor_moves_the_scene(paused):
-    box = paused.evaluate("document.querySelector('.plot').getBoundingClientRect().toJSON()")
+    box = paused.evaluate("document.querySelector('.over').getBoundingClientRect().toJSON()")
     y = box["top"] + 0.5 * box["height"]
     seen = []
     for kind, share in (("mousePressed", 0.2), ("mouseMoved", 0.6), ("mouseMoved", 0.7), ("mouseReleased", 0.7)):
@@ -160,7 +160,8 @@ def test_the_slider_and_the_speed_move_the_clock(paused):
     for speed in ("0.1", "4"):
         paused.evaluate("pilegrasp.seek(1)")
         moved, elapsed = paused.evaluate(gone.replace("SPEED", f"'{speed}'"))
-        assert moved == pytest.approx(float(speed) * min(elapsed / 1e3, 0.1), abs=1e-6)
+        # A slow page skips frames rather than time.
+        assert moved == pytest.approx(float(speed) * elapsed / 1e3, abs=1e-6)
         paused.evaluate("pilegrasp.pause()")
     paused.evaluate("document.getElementById('speed').value = '1'")
 
@@ -205,7 +206,7 @@ def test_two_recordings_share_one_clock(browser, attempt, tmp_path):
         browser.evaluate(f"pilegrasp.seek({moment})")
         assert browser.evaluate(times) == pytest.approx(expected, abs=1e-3)
         assert browser.evaluate(cursors) == pytest.approx([10.0 * moment] * 2, abs=0.1)
-    box = browser.evaluate("document.querySelectorAll('.plot')[1].getBoundingClientRect().toJSON()")
+    box = browser.evaluate("document.querySelectorAll('.over')[1].getBoundingClientRect().toJSON()")
     x, y = box["left"] + 0.4 * box["width"], box["top"] + 0.5 * box["height"]
     browser.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", buttons=1, clickCount=1)
     assert browser.evaluate(times) == pytest.approx([4.0, 4.0], abs=0.05)
@@ -261,7 +262,7 @@ def test_without_webgl_the_strip_and_the_table_remain(chromium, file):
         assert blind.evaluate("document.querySelector('.blank').checkVisibility()") is True
         assert blind.evaluate("document.querySelector('.plot polyline').getBoundingClientRect().width") > 300
         assert "Success" in blind.evaluate("document.querySelector('header').textContent")
-        blind.evaluate("document.querySelectorAll('[data-seek]')[1].click()")
+        blind.evaluate("document.querySelectorAll('aside [data-seek]')[1].click()")
         assert blind.evaluate("parseFloat(document.querySelector('.cursor').style.left)") == pytest.approx(
             22.0, abs=0.1
         )

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from page_parts import of_type, still, tracks
 from pilegrasp_ctrl.recording import Shape
-from pilegrasp_ctrl.viewer.animation import angle_between, rotation_track, slerp, vector_track
-from pilegrasp_ctrl.viewer.commands import commands, node_path, pack, unpack
-from pilegrasp_ctrl.viewer.overlays import direction_quaternions
+from pilegrasp_ctrl.viewer.scene.animation import angle_between, rotation_track, slerp, vector_track
+from pilegrasp_ctrl.viewer.scene.commands import commands, node_path, pack, unpack
+from pilegrasp_ctrl.viewer.scene.overlays import direction_quaternions
 from synthetic_recording import synthetic
 
 

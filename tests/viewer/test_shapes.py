@@ -10,8 +10,8 @@ from meshcat.geometry import Box, Cylinder
 
 from page_parts import of_type, still
 from pilegrasp_ctrl.recording import Body, Shape
-from pilegrasp_ctrl.viewer.commands import commands
-from pilegrasp_ctrl.viewer.shapes import PALETTE, body_object
+from pilegrasp_ctrl.viewer.scene.commands import commands
+from pilegrasp_ctrl.viewer.scene.shapes import PALETTE, body_object
 from synthetic_recording import synthetic
 
 
@@ -78,7 +78,7 @@ def colors(recording):
     return [c["object"]["materials"][0]["color"] for c in of_type(commands(recording), "set_object", "/Objects/")]
 
 
-def test_objects_of_one_colour_get_distinct_colours_and_others_keep_theirs():
+def test_objects_get_distinct_colours_and_one_of_several_colours_keeps_them():
     assert set(colors(synthetic(objects=9, frames=2))) == set(PALETTE[:9])
     shapes = [Shape("sphere", (0.03,), rgba=(1, 0, 0, 1)), Shape("sphere", (0.03,), rgba=(0, 0, 1, 1))]
     assert colors(still(shapes)) == [0xFF0000]

@@ -11,8 +11,8 @@ import pytest
 from page_parts import still, text_of
 from pilegrasp_ctrl.recording import Shape
 from pilegrasp_ctrl.viewer import page
-from pilegrasp_ctrl.viewer.lane import nice_ticks, thinned
-from pilegrasp_ctrl.viewer.summary import summarize
+from pilegrasp_ctrl.viewer.page.lane import ABOVE, BELOW, Curve, Lane, nice_ticks, thinned
+from pilegrasp_ctrl.viewer.page.summary import summarize
 from synthetic_recording import synthetic
 
 HOSTILE = '</script><script>window.pwned=1</script><img src=x onerror="window.pwned=1">&"\'\ud800'
@@ -33,18 +33,19 @@ def test_the_head_gives_verdict_time_and_reason():
     assert "spheres_wall seed 0 Failed push: travel limit of 0.36 m before 17 N, at 6.4 s" in words
     assert "failed: travel limit of 0.36 m 2.20–6.40 360 11.2" in words
     words = text_of(page(synthetic(frames=30)))
-    assert "Success: 2 objects held after 10.0 s hand rbo_hand2 object light_sphere count 18" in words
+    assert "Success: 2 objects held after 10.0 s · 2 taken: 2 kept hand rbo_hand2 object light_sphere count 18" in words
     assert "push grasp force 2.20–6.40 360 17.3" in words
     assert "mujoco 4.0.0" in words
 
 
 def timeline_of(document):
-    return document[document.index('<figure class="timeline">') : document.index("</figure>")]
+    return document[document.index('<figure class="timeline"') : document.index("</figure>")]
 
 
 def lane_of(document, title):
     """The HTML of one lane of the timeline."""
-    (lane,) = [part for part in timeline_of(document).split('<div class="lane"')[1:] if f"<b>{title} [" in part]
+    parts = timeline_of(document).split('<div class="lane')[1:]
+    (lane,) = [part for part in parts if f"<b>{title} [" in part]
     return lane
 
 
@@ -77,21 +78,49 @@ def test_every_lane_shows_its_signal_in_its_unit():
     document = page(synthetic(frames=30))
     titles = re.findall(r'<p class="legend"><b>([^<]+)</b>', timeline_of(document))
     assert titles == [
+        "in the hand",
         "force [N]",
         "tracking error [mm]",
-        "joint torques, of their limits [%]",
+        "torques [% of limit]",
         "closure [%]",
         "orientation error [°]",
+        "wrist force [N]",
+        "wrist moment [N·m]",
+        "joint positions [rad]",
+        "joint velocities [rad/s]",
+        "tool position [m]",
+        "reference position [m]",
     ]
-    torques = lane_of(document, "joint torques, of their limits")
+    hidden = re.findall(r'data-title="([^"]+)"[^>]* hidden>', timeline_of(document))
+    assert [title.split(" [")[0] for title in titles[5:]] == hidden
+    torques = lane_of(document, "torques")
     heights = {f"j{k}": curve_of(torques, f"j{k}")[:, 1] for k in range(7)}
     # 0.2 + 0.1 sin: every joint passes 10 % and 30 % of a lane that reaches from 0 to 100 %.
     for height in heights.values():
-        assert np.ptp(height) == pytest.approx(20.0 * 44.0 / 56.0, abs=1.0)
+        assert np.ptp(height) == pytest.approx(20.0 * 46.0 / 58.0, abs=1.0)
     closure = curve_of(lane_of(document, "closure"), "c0")
-    assert closure[0, 1] - closure[-1, 1] == pytest.approx(100.0 * 24.0 / 36.0, abs=1.0)
+    assert closure[0, 1] - closure[-1, 1] == pytest.approx(100.0 * 14.0 / 26.0, abs=1.0)
     error = curve_of(lane_of(document, "tracking error"), "c0")
-    assert np.ptp(error[:, 1]) == pytest.approx(100.0 * 32.0 / 44.0, abs=1.0)
+    assert np.ptp(error[:, 1]) == pytest.approx(100.0 * 22.0 / 34.0, abs=1.0)
+
+
+def test_the_numbers_of_two_lanes_stand_apart():
+    # Without room at the ends, the 10 would stand on a number of the lane above.
+    curve = Curve("x", np.array([0.0, 1.0]), np.array([-3.9, 9.9]), "c0")
+    lane = Lane("x", "x", "N", [curve], 90)
+    ups = [float(up) * lane.height / 100.0 for up, _ in lane.drawing(lane.axes(0.0, 1.0))["ticks"]]
+    assert ups
+    assert min(ups) >= BELOW - 0.01
+    assert max(ups) <= lane.height - ABOVE + 0.01
+    assert lane.drawing(lane.axes(0.0, 1.0))["ticks"][0][1] == "0"
+
+
+def test_no_lane_has_numbers_closer_than_they_are_high():
+    for lane in re.findall(r'<div class="lane" data-lane.*?</div>', timeline_of(page(synthetic(frames=30))), re.DOTALL):
+        height = float(re.search(r"height:(\d+)px", lane)[1])
+        ups = sorted(height * float(up) / 100.0 for up in re.findall(r'class="ty" style="bottom:([\d.]+)%"', lane))
+        assert ups
+        assert (np.diff(ups) >= 8.0).all()
 
 
 def test_the_timeline_marks_the_events():
@@ -99,17 +128,17 @@ def test_the_timeline_marks_the_events():
     saturated[731:] = 1.0
     plain = synthetic(success=True, frames=30, motion={"separated": {"object": "light_sphere_01", "time": 4.5}})
     plain = replace(plain, signals=dict(plain.signals) | {"sensor_saturated": saturated})
-    marks = re.findall(r'<i class="mark (\w+)" style="left:([\d.]+)%" title="([^"]+)"', page(plain))
+    marks = re.findall(r'class="mark (\w+)" style="left:([\d.]+)%" title="([^"]+)"', page(plain))
     assert marks == [
         ("end", "22.00", "2.20 s: approach: touch force"),
-        ("separation", "45.00", "4.50 s: light_sphere_01 separates from the pile"),
+        ("separation", "45.00", "4.50 s: light sphere 01 separates from the pile"),
         ("end", "64.00", "6.40 s: push: grasp force"),
         ("saturation", "73.10", "7.31 s: the wrist sensor is at its range"),
         ("end", "76.00", "7.60 s: grasp: closed"),
         ("end", "100.00", "10.00 s: lift: lifted"),
     ]
     failed = page(synthetic(success=False, frames=30))
-    assert '<i class="mark failure" style="left:100.00%" title="6.40 s: push: travel limit of 0.36 m"' in failed
+    assert 'class="mark failure" style="left:100.00%" title="6.40 s: push: travel limit of 0.36 m"' in failed
 
 
 def flat(force, **config):

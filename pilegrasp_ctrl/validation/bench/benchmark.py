@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -16,16 +15,13 @@ from .loop import loop_rows, time_loop
 from .motion import ARMS, BenchArm, RecordedLine, record_line, tighten
 from .peers import PEERS
 from .result import BenchResult, Memory, Row, installed_versions, settings_of, timed_row
-from .ticks import TickParts, allocations, impedance, operational_space
+from .ticks import TickParts, allocations, impedance, operational_space, with_python_task
 
 Progress = Callable[[float, str], None]
 """Callback that gets the finished share and the name of the running measurement."""
 
 YARDSTICK = "yardstick"
 """Key of the fixed work to which the project's own ticks are compared."""
-
-COMPILED = "operational space, compiled"
-"""Key of the tick whose controller is compiled."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +70,7 @@ def run_benchmark(size: Size = FULL, progress: Progress = lambda fraction, what:
     """
     settings = settings_of(size.scenario, size.seeds, size.quick)
     arms = [arm for arm in ARMS if arm.name in size.arms]
-    work = _WorkDone(progress, len(arms) * (size.blocks + 10) + 50 * len(size.seeds) + 10 * (1 + size.import_rounds))
+    work = _WorkDone(progress, len(arms) * (size.blocks + 10) + 25 * len(size.seeds) + 10 * (1 + size.import_rounds))
     rows: list[Row] = []
     memory: list[Memory] = []
     for arm in arms:
@@ -82,22 +78,19 @@ def run_benchmark(size: Size = FULL, progress: Progress = lambda fraction, what:
         rows += arm_rows
         memory += arm_memory
     work.say("closed loop")
-    timings = {"": time_loop(size.scenario, size.seeds, size.overrides, lambda: work.done(25))}
-    if _can_compile():
-        overrides = {**size.overrides, "controller.compiled": True}
-        timings[", compiled"] = time_loop(size.scenario, size.seeds, overrides, lambda: work.done(25))
+    timing = time_loop(size.scenario, size.seeds, size.overrides, lambda: work.done(25))
     work.say("imports")
     if size.import_rounds:
         imports = time_imports(size.import_rounds, lambda: work.done(10))
         rows += _ratios((timed_row(key, "import", value) for key, value in imports.items()), "import numpy")
-    loop = tuple(row for suffix, timing in timings.items() for row in loop_rows(timing, suffix))
+    loop = tuple(loop_rows(timing))
     return BenchResult(
         settings=settings,
         versions=installed_versions(),
         rows=tuple(rows),
         memory=tuple(memory),
         loop=loop,
-        replay_exact=all(chunk.same for timing in timings.values() for chunk in timing.chunks),
+        replay_exact=all(chunk.same for chunk in timing.chunks),
         targets=judge(rows, loop),
     )
 
@@ -129,11 +122,10 @@ def _ticks(source: BenchArm, size: Size, work: _WorkDone) -> tuple[list[Row], li
         YARDSTICK: (_yardstick(line), "fixed work in Pinocchio and numpy, none of it the project's"),
         "operational space": (operational_space(line), "state to torque, every limit, friction feed-forward"),
         "operational space, limits active": (limited, f"speeds limited below the line's; they bind in {share:.0%}"),
+        "operational space, Python task": (with_python_task(line), "the same with a user's task in plain Python"),
         "operational space, osqp": (operational_space(line, "osqp"), "the same with the other solver"),
         "impedance": (impedance(line), "state to torque, every limit, friction feed-forward"),
     }
-    if _can_compile():
-        own[COMPILED] = operational_space(line, compiled=True), "the same in numba between Pinocchio and daqp"
     peers = {f"{name} {peer.key}": (peer.tick(line), peer.does) for peer in PEERS}
     pieces = [Work(f"{name} {key}", call) for key, (call, _) in own.items()]
     pieces += [tick.work(f"{name} parts {solver}") for solver, tick in parts.items()]
@@ -162,10 +154,6 @@ def _ticks(source: BenchArm, size: Size, work: _WorkDone) -> tuple[list[Row], li
         )
     rows = _ratios(ticks, f"{name} {YARDSTICK}", f"{name} operational space")
     return rows + _part_rows(name, parts, ticks[0]), memory
-
-
-def _can_compile() -> bool:
-    return find_spec("numba") is not None
 
 
 def _part_rows(name: str, parts: Mapping[str, TickParts], yardstick: Row) -> list[Row]:

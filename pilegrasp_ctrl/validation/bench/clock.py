@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...programs.quiet_loop import no_garbage_collection
 from ...types import Array
 
 WARM_UP = 20
@@ -81,15 +82,10 @@ class Work(NamedTuple):
 @contextmanager
 def garbage_kept() -> Iterator[None]:
     """Keep the garbage collector out of the measurements, as the closed loop does; collect before and after."""
-    enabled = gc.isenabled()
     gc.collect()
-    gc.disable()
-    try:
+    with no_garbage_collection():
         yield
-    finally:
-        if enabled:
-            gc.enable()
-        gc.collect()
+    gc.collect()
 
 
 def time_in_turns(

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import hypot, sqrt
+from statistics import median
 from typing import NamedTuple
-
-import numpy as np
 
 from .result import BenchResult, LoopRow, Row, Target
 
 PEER_TARGETS = (("mink", ">=", 6.0), ("pink", ">=", 6.0), ("tsid", "<=", 1.1))
 """Peer, relation and bound: a peer's tick over the project's, or for TSID, which is C++, the project's over TSID's.
 Chosen as the project's budget; they are ratios of one run on one machine."""
+
+TASK_TARGET = 4.0
+"""mink's tick, and Pink's, over the project's with a user's task in plain Python, at least [-]; chosen."""
+
+ACTIVE_TARGET = 0.5
+"""The project's tick with limits active over mink's, at most [-]; chosen."""
 
 PUSH_TARGET = 1.3
 """Closed loop over bare `mj_step` during the push with 18 spheres, at most [-]; chosen."""
@@ -42,18 +47,20 @@ def judge(rows: Sequence[Row], loop: Sequence[LoopRow]) -> tuple[Target, ...]:
     ratios = {row.key: row.ratio for row in rows}
     for tick in rows:
         arm, own, suffix = tick.key.partition(" operational space")
-        if tick.table != "tick" or not own or suffix not in ("", ", compiled"):
+        if tick.table != "tick" or not own or suffix:
             continue
-        # Peers' ratios are to the tick that is not compiled.
-        gain = (ratios[f"{arm} operational space"] or np.nan) / (tick.ratio or np.nan)
         for peer, relation, bound in PEER_TARGETS:
             ratio = ratios.get(f"{arm} {peer}")
-            ratio = None if ratio is None else ratio * gain
             if relation == "<=":
                 value = None if ratio is None else 1.0 / ratio
-                targets.append(_at_most(f"{arm}{suffix}: tick over {peer}'s", value, bound))
+                targets.append(_at_most(f"{arm}: tick over {peer}'s", value, bound))
             else:
-                targets.append(_at_least(f"{arm}{suffix}: {peer}'s tick over the project's", ratio, bound))
+                targets.append(_at_least(f"{arm}: {peer}'s tick over the project's", ratio, bound))
+                task = _quotient(rows, f"{arm} {peer}", f"{arm} operational space, Python task")
+                name = f"{arm}: {peer}'s tick over the project's with a user's Python task"
+                targets.append(_at_least(name, task, TASK_TARGET))
+        active = _quotient(rows, f"{arm} operational space, limits active", f"{arm} mink")
+        targets.append(_at_most(f"{arm}: tick with limits active over mink's", active, ACTIVE_TARGET))
     for line in loop:
         push = line.phase.partition(",")[0] == "push"
         name = f"closed loop over bare physics, {line.phase}"
@@ -62,6 +69,15 @@ def judge(rows: Sequence[Row], loop: Sequence[LoopRow]) -> tuple[Target, ...]:
             name = f"real-time factor of an {line.phase}, by processor time"
             targets.append(_at_least(name, line.realtime_factor, REALTIME_TARGET))
     return tuple(targets)
+
+
+def _quotient(rows: Sequence[Row], key: str, other: str) -> float | None:
+    """Return the ratio of two lines, the median over the blocks; None if one of them is not there."""
+    blocks = {row.key: row.blocks_us for row in rows if row.blocks_us}
+    if key not in blocks or other not in blocks:
+        return None
+    # The two blocks of one round ran under the same load of the machine.
+    return median(mine / its for mine, its in zip(blocks[key], blocks[other], strict=True))
 
 
 def _at_least(name: str, value: float | None, bound: float) -> Target:

@@ -12,6 +12,7 @@ import numpy as np
 from ...config import load_scenario
 from ...episode import run_attempt
 from ...programs.attempt import Attempt, prepare
+from ...sim.stepper import Stepper
 from ...types import Array
 from .result import LoopRow
 
@@ -50,7 +51,9 @@ class LoopMeter:
         """Begin at the present state of a prepared attempt."""
         self._data, self._model = attempt.simulation.data, attempt.simulation.scene.model
         self._steps = round(attempt.period / self._model.opt.timestep)
-        self._twin = mujoco.MjData(self._model)
+        self._twin, self._stepper = mujoco.MjData(self._model), attempt.simulation.stepper
+        # The replay computes suspicious contacts again, as the loop does.
+        self._twin_stepper = Stepper(self._model, self._twin)
         self._signature = mujoco.mjtState.mjSTATE_INTEGRATION
         self._state, self._after = (np.empty(mujoco.mj_stateSize(self._model, self._signature)) for _ in range(2))
         self.chunks: list[Chunk] = []
@@ -75,6 +78,7 @@ class LoopMeter:
     def _open(self) -> None:
         mujoco.mj_getState(self._model, self._data, self._state, self._signature)
         self._start, self._bookkeeping = float(self._data.time), 0.0
+        self._twin_stepper.depth = self._stepper.depth
         self._commands.clear()
         self._controls.clear()
         self._begun = thread_time()
@@ -88,13 +92,13 @@ class LoopMeter:
 
     def _replay(self) -> tuple[float, bool]:
         """Return the processor time of the engine's steps, and whether they end in the state of the loop."""
-        model, twin, steps = self._model, self._twin, range(self._steps)
+        model, twin, step, steps = self._model, self._twin, self._twin_stepper.step, range(self._steps)
         mujoco.mj_setState(model, twin, self._state, self._signature)
         begun = thread_time()
         for command in self._commands:
             twin.ctrl[:] = command
             for _ in steps:
-                mujoco.mj_step(model, twin)
+                step()
         bare = thread_time() - begun
         mujoco.mj_getState(model, self._data, self._state, self._signature)
         mujoco.mj_getState(model, twin, self._after, self._signature)

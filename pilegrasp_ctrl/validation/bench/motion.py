@@ -95,16 +95,4 @@ def tighten(line: RecordedLine) -> ArmModel:
     peak = np.abs([observation.v for observation in line.observations]).max(axis=0)
     # A joint that hardly moves keeps a speed at which its limit can be held without chatter.
     speed = np.minimum(np.maximum(TIGHT * peak, 0.02), arm.velocity_limit)
-    return ArmModel(
-        arm.pinocchio_model,
-        line.source.frame,
-        name=arm.name,
-        q_lower=arm.q_lower,
-        q_upper=arm.q_upper,
-        velocity_limit=speed,
-        torque_limit=arm.torque_limit,
-        friction_coulomb=arm.friction_coulomb,
-        friction_viscous=arm.friction_viscous,
-        joint_to_motor=arm.joint_to_motor,
-        motor_torque_limit=arm.motor_torque_limit,
-    )
+    return arm.replace(velocity_limit=speed)

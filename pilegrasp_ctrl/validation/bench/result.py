@@ -10,8 +10,12 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...exceptions import ConfigurationError
+from ...files import read_file
 from ...provenance import ABSENT, versions
 from .clock import Timing
+
+MAX_SIZE = 1 << 24
+"""Largest file of a result that is read [bytes]; chosen, a thousand times the usual size."""
 
 OTHER_PACKAGES = ("osqp", "qpsolvers", "pin-pink", "tsid")
 """Packages whose versions a result contains, beside those that decide an attempt."""
@@ -72,7 +76,7 @@ class LoopRow(_Document):
     """Closed loop against bare physics, per control period, by processor time.
 
     Attributes:
-        phase: "push" or "attempt", with ", compiled" if the controller was compiled.
+        phase: "push" or "attempt".
         chunks: Number of comparisons.
         ratio: Loop over bare physics, the median over the chunks.
         ratio_p10: 10th percentile of that ratio.
@@ -85,8 +89,8 @@ class LoopRow(_Document):
     """
 
     phase: str
-    chunks: int
-    ratio: float
+    chunks: int = Field(ge=1)
+    ratio: float = Field(gt=0.0)
     ratio_p10: float
     ratio_p90: float
     period_us: float
@@ -159,10 +163,7 @@ def load_result(path: Path) -> BenchResult:
     Raises:
         ConfigurationError: The file cannot be read or has another form.
     """
-    try:
-        text = path.read_bytes()
-    except OSError as error:
-        raise ConfigurationError(f"{path}: cannot be read: {error.strerror}") from None
+    text = read_file(path, MAX_SIZE, "of a result")
     try:
         return BenchResult.model_validate_json(text, strict=True)
     except ValidationError as error:

@@ -6,17 +6,15 @@ import sys
 import tracemalloc
 from collections.abc import Callable, Sequence
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ...control.friction_compensation import FrictionCompensation
+from ...arm.state import ArmState
 from ...control.impedance import ImpedanceController
-from ...control.inverse_dynamics import InverseDynamics
-from ...control.operational_space import DEFAULT_GAINS, OperationalSpaceController
-from ...tasks.frame_task import FrameMotionTask, pose_error
+from ...control.operational_space import OperationalSpaceController
 from ...tasks.gains import Impedance
-from ...tasks.posture_task import PostureTask
+from ...tasks.task import Objective
 from ...types import Array, ControllerOutput
 from .clock import LEAD_IN, WARM_UP, Timing, Work
 from .motion import RATE, RecordedLine
@@ -27,7 +25,7 @@ SPRINGS = Impedance(stiffness=[800.0, 800.0, 800.0, 30.0, 30.0, 30.0])
 FREE_LIST = 3000
 """Ticks before memory is watched [-]: the interpreter keeps up to 2000 small tuples of each size for later use."""
 
-TICK_PARTS = ("arm.update", "task and bounds", "friction", "QP", "torque")
+TICK_PARTS = ("arm.update", "tasks, friction, limits", "QP", "torque")
 """Parts of the operational-space tick, in their order."""
 
 
@@ -51,12 +49,32 @@ class Allocation(NamedTuple):
     ticks: int
 
 
-def operational_space(
-    line: RecordedLine, solver: str = "daqp", compiled: bool = False
-) -> Callable[[int], ControllerOutput]:
+def operational_space(line: RecordedLine, solver: str = "daqp") -> Callable[[int], ControllerOutput]:
     """Return the tick of `OperationalSpaceController` with every limit and friction feed-forward."""
-    chosen: dict[str, Any] = {"solver": solver, "rate": RATE, "compiled": compiled}
-    return _tick(line, OperationalSpaceController(line.arm, posture=line.source.posture, **chosen))
+    return _tick(line, _controller(line, solver))
+
+
+def _controller(line: RecordedLine, solver: str) -> OperationalSpaceController:
+    return OperationalSpaceController(line.arm, posture=line.source.posture, solver=solver, rate=RATE)
+
+
+class PythonTask:
+    """A task as a user writes it, in plain Python: one joint stays at rest, with a small weight."""
+
+    def __init__(self, nv: int, joint: int = 2, damping: float = 20.0, weight: float = 1e-3) -> None:
+        """Damp `joint` of an arm with `nv` joints [1/s]."""
+        self._joint, self._damping, self._root = joint, damping, weight**0.5
+        self._row = self._root * np.eye(nv)[[joint]]
+
+    def rows(self, state: ArmState) -> Objective:
+        """Return the one row at a state."""
+        return Objective(self._row, np.array([-self._root * self._damping * state.v[self._joint]]))
+
+
+def with_python_task(line: RecordedLine) -> Callable[[int], ControllerOutput]:
+    """Return the tick of `OperationalSpaceController` with a `PythonTask` beside its own tasks."""
+    task = PythonTask(line.arm.nv)
+    return _tick(line, OperationalSpaceController(line.arm, posture=line.source.posture, tasks=[task], rate=RATE))
 
 
 def impedance(line: RecordedLine) -> Callable[[int], ControllerOutput]:
@@ -86,11 +104,7 @@ class TickParts:
 
     def __init__(self, line: RecordedLine, solver: str = "daqp") -> None:
         """Set up the program as the controller does."""
-        arm = line.arm
-        self._line, self._arm = line, arm
-        self._task = FrameMotionTask(DEFAULT_GAINS)
-        self._dynamics = InverseDynamics(arm, self._task, PostureTask(line.source.posture), solver=solver, rate=RATE)
-        self._friction = FrictionCompensation(arm)
+        self._line, self._controller = line, _controller(line, solver)
         self._durations: list[tuple[float, ...]] = []
         self._skip = LEAD_IN + WARM_UP + LEAD_IN
         self._blocks: list[Array] = []
@@ -100,21 +114,20 @@ class TickParts:
         return Work(key, self._tick)
 
     def _tick(self, index: int) -> None:
-        index %= len(self._line.observations)
-        observation, reference = self._line.observations[index], self._line.references[index]
-        dynamics = self._dynamics
+        line = self._line
+        index %= len(line.observations)
+        observation, reference = line.observations[index], line.references[index]
+        controller = self._controller
         start = perf_counter()
-        state = self._arm.update(observation.q, observation.v)
+        state = line.arm.update(observation.q, observation.v)
         updated = perf_counter()
-        error = pose_error(state, reference)
-        dynamics.assemble(state, self._task.acceleration(state, reference, error))
+        controller.tool.set_target(reference)
+        assembly = controller.assemble(observation, state)
         assembled = perf_counter()
-        feedforward = self._friction.torque(dynamics, reference, error)
-        fed = perf_counter()
-        output = dynamics.solve(state, feedforward)
+        output = controller.solve(assembly)
         end = perf_counter()
         solving = output.solve_time
-        self._durations.append((updated - start, assembled - updated, fed - assembled, solving, end - fed - solving))
+        self._durations.append((updated - start, assembled - updated, solving, end - assembled - solving))
 
     def block_done(self) -> None:
         """Close a block; call this after each round."""

@@ -13,7 +13,8 @@ import pinocchio as pin
 
 from ...arm.model import ArmModel
 from ...control.operational_space import DEFAULT_GAINS
-from ...limits.motion_limits import VelocityLimit, braking_acceleration
+from ...limits.braking import braking_acceleration
+from ...limits.motion_limits import VelocityLimit
 from ...tasks.gains import MotionGains
 from ...tasks.posture_task import PostureTask
 from ...types import Array, Observation, Reference
@@ -114,7 +115,7 @@ def tsid_tick(line: RecordedLine) -> Callable[[int], Array]:
     The tick keeps torque, speed and position limits. It has no friction feed-forward and no shared motors, and does
     not say which limits are active.
     """
-    controller = TsidController(line.arm, line.source.frame, PostureTask(line.source.posture), positions=True)
+    controller = TsidController(line.arm, line.source.frame, PostureTask(line.arm, line.source.posture), positions=True)
     observations, references, count = line.observations, line.references, len(line.observations)
 
     def tick(index: int) -> Array:

@@ -10,10 +10,10 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ...planning.strategy import tool_rotation
-from ...sim.contact import add_pair, combine, pair_parameters
+from ...sim.contact import add_pair
 from ...sim.hand import Hand
 from ...sim.object_model import ObjectModel
-from ...sim.scene import add_objects, new_spec
+from ...sim.scene import add_hand_pairs, add_objects, hand_contact, new_spec
 from ...types import Array, Pose
 
 TIMESTEP = 1e-3
@@ -58,11 +58,11 @@ class HandBench:
         quaternion = np.zeros(4)
         mujoco.mju_mat2Quat(quaternion, flange.rotation.ravel())
         hand.add_to(spec, spec.worldbody.add_site(name="flange", pos=flange.translation, quat=quaternion))
+        add_hand_pairs(spec, hand, "paper")
         if ball is not None:
             add_objects(spec, ball, 1, [], "paper")
-            contact = pair_parameters(combine(hand.surface, ball.surface, "paper"), TIMESTEP)
             for geom in hand.contact_geoms:
-                add_pair(spec, geom, "object_0", contact)
+                add_pair(spec, geom, "object_0", hand_contact(spec, hand, geom, ball.surface, 1.0 / ball.mass, "paper"))
         model = spec.compile()
         model.opt.gravity[:] = 0.0
         # A ball at rest without gravity would stay asleep when its weight sets in.

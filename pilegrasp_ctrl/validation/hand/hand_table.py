@@ -13,15 +13,23 @@ from ...episode import run
 from ...exceptions import RecordingError
 from ...recording import Recording
 from ...sim.hand import Hand
+from ...sim.pad import PAD_LOAD
 from ...statistics import markdown_table
 from ..physics.contact_rig import GRAVITY
 from ..physics.physics_check import PhysicsCheck, Relation
 from . import hand_bench, holding
 from .hand_bench import HandBench
 from .sliding import hand_slide, shovel_slide
+from .squeeze import meeting_slope, thickness
 
 LOAD = 0.5
 """Load of the fingertip [N]; chosen."""
+
+SQUEEZES = (0.0, 2.0, PAD_LOAD)
+"""Loads that flatten the fingertip [N]; chosen."""
+
+RADII = {"ball": 0.027, "cylinder": 0.020}
+"""Radii of what the fingertip has to slide under [m]; `scenarios/objects`."""
 
 PAYLOAD = 0.5
 """Published payload of the real hand [kg] (Deimel and Brock, RSS 2014)."""
@@ -36,7 +44,7 @@ OTHER_HANDS = "none found; other hands 4.0, 6.9 and 15.8 N (arXiv:2503.01585)"
 def measurements() -> tuple[PhysicsCheck, ...]:
     """Measure both hands: the soft one on the bench and sliding, the shovel sliding and scooping."""
     hand = Hand.load("rbo_hand2")
-    return (*_fingers(hand), *_holding(hand), *_sliding(), *_scooping())
+    return (*_fingers(hand), *_tip(hand), *_holding(hand), *_sliding(), *_scooping())
 
 
 def markdown(checks: Sequence[PhysicsCheck]) -> str:
@@ -108,6 +116,23 @@ def _fingers(hand: Hand) -> Iterator[PhysicsCheck]:
     force = pneumatics["closing_moment"] / length * levers.sum() / (levers @ levers)
     blocked = hand_bench.blocked_force(bench)
     yield _check("fingertip force, finger blocked straight", blocked, "N", force, 0.06 * force, "=")
+
+
+def _tip(hand: Hand) -> Iterator[PhysicsCheck]:
+    """Check the thickness of a fingertip under load, and the slope at which it then meets what lies on the table."""
+    free, give = 2e3 * hand.parameters["fingers"]["radius_tip"], 1e3 * hand.parameters["pad"]["give"]
+    boxes = "boxes of 20 mm (lab model)"
+    for load in SQUEEZES:
+        measured = 1e3 * thickness(hand, load)
+        name = f"thickness of the fingertip under {load:g} N"
+        if 0.0 < load < PAD_LOAD:
+            yield _check(name, measured, "mm", free, 0.0, "<=")
+        else:
+            flat = 2.0 * give if load else 0.0
+            yield _check(name, measured, "mm", free - flat, 0.2, "=", "" if load else boxes)
+        for what, radius in RADII.items():
+            slope = degrees(meeting_slope(1e-3 * measured, radius))
+            yield _check(f"slope at which it then meets a lying {what}, {load:g} N", slope, "deg", 0.0, 0.0, ">=")
 
 
 def _holding(hand: Hand) -> Iterator[PhysicsCheck]:

@@ -20,8 +20,9 @@ FINGERS = ("pinky", "ring", "middle", "index")
 START_TIME = 0.3
 """Time from the start of the push until the hand has reached its speed and its depth [s]; chosen."""
 
-PILE_FORCE = 2.0
-"""Force along the push below which the hand has not met the pile yet [N]; chosen."""
+PILE_FORCE = 4.0
+"""Force along the push below which the hand has not met the pile yet [N]; chosen, the friction of a skin of 0.8 on a
+table that presses with 5 N."""
 
 
 @dataclass(frozen=True, slots=True)

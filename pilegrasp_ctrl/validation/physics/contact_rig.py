@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from ...planning.layout import WALL_DISTANCE, make_layout
+from ...planning.layout import make_layout
 from ...sections import PileConfig, SimulationConfig, SupportConfig
 from ...sim.contact import Rule
 from ...sim.hand import Hand
@@ -87,9 +87,9 @@ class ContactRig:
         vertical = np.array([0.0, 0.0, 1.0])
         spots = {
             "table": Spot("table", np.array([0.6, 0.3, 0.0]), vertical),
-            "wall": Spot("wall", np.array([WALL_DISTANCE, 0.0, 0.08]), np.array([-1.0, 0.0, 0.0])),
+            "wall": Spot("wall", np.array([layout.support_distance, 0.0, 0.08]), np.array([-1.0, 0.0, 0.0])),
             "object": Spot("object_0", FIXED_OBJECT + extent(object_model, 2) * vertical, vertical),
-            **(_shovel_spots(hand) if hand.name == "shovel" else _palm_spots(data)),
+            **(_shovel_spots(hand) if hand.use.scoop_angle > 0.0 else _palm_spots(data)),
         }
         return cls(object_model, hand, model, spots)
 
@@ -138,7 +138,7 @@ def bouncing(model: ObjectModel, restitution: float) -> ObjectModel:
 def bouncing_hand(hand: Hand, restitution: float) -> Hand:
     """Return the hand with another restitution."""
     surface = {**hand.parameters["surface"], "restitution": restitution}
-    return Hand(hand.name, {**hand.parameters, "surface": surface})
+    return replace(hand, parameters={**hand.parameters, "surface": surface})
 
 
 def _shovel_spots(hand: Hand) -> dict[str, Spot]:

@@ -9,12 +9,12 @@ import numpy as np
 
 from ...planning.layout import Layout, make_layout
 from ...sections import PileConfig, SupportConfig
-from ...sim.backend import Stepper
 from ...sim.drop import drop_poses, pile_model
 from ...sim.hand import Hand
 from ...sim.object_model import ObjectModel
 from ...sim.objects import OBJECT_MODELS
 from ...sim.pile import settle_pile
+from ...sim.stepper import Stepper
 from .contact_rig import GRAVITY, SHIPPED_STEP, ContactRig
 from .physics_check import PhysicsCheck
 from .plate_push import push, push_model

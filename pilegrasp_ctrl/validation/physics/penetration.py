@@ -10,15 +10,16 @@ import numpy as np
 from ...config import load_scenario
 from ...episode import run_attempt
 from ...exceptions import SimulationError
-from ...planning.layout import WALL_DISTANCE, make_layout
+from ...planning.arm_room import default_room
+from ...planning.layout import make_layout
 from ...programs.attempt import prepare
 from ...sections import PileConfig, SupportConfig
-from ...sim.backend import Stepper
 from ...sim.drop import FRAME_HEIGHT, pile_model
 from ...sim.hand import Hand
-from ...sim.monitors import MAX_PENETRATION
+from ...sim.monitors import MAX_DROP_PENETRATION, MAX_PENETRATION
 from ...sim.objects import OBJECT_MODELS
 from ...sim.pile import settle_pile
+from ...sim.stepper import Stepper
 from .contact_rig import SHIPPED_STEP, ContactRig
 from .physics_check import PhysicsCheck
 
@@ -52,7 +53,7 @@ def impact_depth(rig: ContactRig, where: str, speed: float) -> float:
     for _ in range(round(0.2 / rig.model.opt.timestep)):
         mujoco.mj_step(rig.model, data)
         depth = max(depth, surface - data.qpos[:3].dot(spot.normal))
-    return depth if data.qpos[:3].dot(spot.normal) > surface - MAX_PENETRATION else float("inf")
+    return depth if data.qpos[:3].dot(spot.normal) > surface - MAX_DROP_PENETRATION else float("inf")
 
 
 def passed_through(hand: str, count: int) -> int:
@@ -70,7 +71,7 @@ def passed_through(hand: str, count: int) -> int:
         stopped = True
     scene, data = attempt.simulation.scene, attempt.simulation.data
     positions = data.xpos[list(scene.objects)]
-    return int(stopped) + int(((positions[:, 0] > WALL_DISTANCE) | (positions[:, 2] < 0.0)).sum())
+    return int(stopped) + int(((positions[:, 0] > default_room().wall_distance) | (positions[:, 2] < 0.0)).sum())
 
 
 def rest(name: str, count: int, seed: int = 0) -> tuple[float, float]:
@@ -93,13 +94,13 @@ def rest(name: str, count: int, seed: int = 0) -> tuple[float, float]:
 
 def penetration_checks() -> Iterator[PhysicsCheck]:
     """Check impacts and attempts at 0.7 m/s, then piles at rest."""
-    limit = 1e3 * MAX_PENETRATION
+    limits = {"wall": MAX_PENETRATION["object", "support"], "shovel back": MAX_PENETRATION["hand", "object"]}
     for name in ("light_sphere", "heavy_sphere", "cube"):
         rig = ContactRig.build(OBJECT_MODELS[name], Hand.load("shovel"))
-        for where in ("wall", "shovel back"):
+        for where, limit in limits.items():
             depth = 1e3 * impact_depth(rig, where, MAX_SPEED)
             words = f"depth: {name.replace('_', ' ')} into {where} at 0.7 m/s"
-            yield PhysicsCheck(words, 0.0, depth, limit, "mm", "<=")
+            yield PhysicsCheck(words, 0.0, depth, 1e3 * limit, "mm", "<=")
     for hand in ("rbo_hand2", "shovel"):
         for count, before in ((0, "the bare wall"), (1, "a ball before the wall")):
             words = f"passed through: {hand.replace('_', ' ')} against {before} at 0.7 m/s"

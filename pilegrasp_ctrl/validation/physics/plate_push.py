@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 
 from ...planning.layout import Layout
-from ...sim.backend import Stepper
 from ...sim.contact import END_EFFECTOR_RANK, Rule, Surface, add_pair, combine, pair_parameters
 from ...sim.object_model import ObjectModel
 from ...sim.scene import add_objects, add_support, new_spec
+from ...sim.stepper import Stepper
 from ...types import Array
 
 PLATE = Surface(lateral=0.5, spinning=0.001, rolling=0.001, restitution=0.8, rank=END_EFFECTOR_RANK)

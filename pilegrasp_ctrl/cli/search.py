@@ -1,0 +1,174 @@
+"""`pilegrasp search`."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from ..plugins import use_plugins
+from ..search import MAX_BUDGET
+from .application import (
+    DebugOption,
+    JsonOption,
+    PluginsOption,
+    ScenarioArgument,
+    SettingsOption,
+    app,
+    make_console,
+    make_progress,
+    print_json,
+)
+from .study_options import (
+    JobsOption,
+    SchedulerOption,
+    TlsCaOption,
+    TlsCertOption,
+    TlsKeyOption,
+    parse_seeds,
+    parse_vary,
+    read_scheduler,
+    worker_count,
+)
+
+
+class Aim(StrEnum):
+    """Objectives of a search."""
+
+    held = "held"
+    single = "single"
+    picks = "picks"
+    robust = "robust"
+
+
+@app.command(
+    "search",
+    epilog="Run it again with the same options, and it goes on where it was. A larger budget continues a search. "
+    "An interrupt loses no finished attempt.",
+)
+def search(
+    scenario: ScenarioArgument,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for scenario, table, page and attempts.")],
+    over: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=LOW:HIGH|A,B,C", help="Values that a key may take; may be repeated."),
+    ] = None,
+    objective: Annotated[
+        Aim,
+        typer.Option(
+            metavar="held|single|picks|robust",
+            help="What to make large: attempts that hold something, that hold exactly one object, picks an hour, or "
+            "attempts that hold something in the worst world of --vary.",
+        ),
+    ] = Aim.held,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=A,B,C", help="Worlds of the robust objective: every combination; may be repeated."),
+    ] = None,
+    budget: Annotated[
+        int, typer.Option(min=1, max=MAX_BUDGET, metavar="N", help="Attempts of the race; the judgement is beside it.")
+    ] = 1000,
+    seeds: Annotated[
+        str, typer.Option(metavar="FIRST:LAST", help="Seeds of the race, the last one left out.")
+    ] = "0:1000",
+    judge: Annotated[
+        str, typer.Option(metavar="FIRST:LAST", help="Seeds on which winner and start are compared.")
+    ] = "30000:30100",
+    jobs: JobsOption = None,
+    scheduler: SchedulerOption = None,
+    tls_ca: TlsCaOption = None,
+    tls_cert: TlsCertOption = None,
+    tls_key: TlsKeyOption = None,
+    settings: SettingsOption = None,
+    plugins: PluginsOption = None,
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """Search for the strategy that holds most: candidates race, and the winner is judged on fresh seeds."""
+    use_plugins(plugins or ())
+    cluster = read_scheduler(scheduler, tls_ca, tls_cert, tls_key)
+    workers = worker_count(jobs, cluster)
+    numbers, fresh = parse_seeds(seeds), parse_seeds(judge)
+
+    from ..config import parse_overrides
+    from ..search.space import parse_over
+
+    parameters, worlds, overrides = parse_over(over or []), parse_vary(vary or []), parse_overrides(settings or [])
+
+    from ..search.results import write_results
+    from ..search.run import plan_search, run_search
+
+    planned = plan_search(
+        scenario,
+        parameters,
+        out,
+        overrides=overrides,
+        objective=objective.value,
+        vary=worlds,
+        budget=budget,
+        seeds=numbers,
+        judging=fresh,
+    )
+    with _progress(Path(scenario).stem) as progress:
+        try:
+            result = run_search(planned, workers, cluster, progress)
+        except KeyboardInterrupt:
+            print(f"stopped; finished attempts are kept in {out}; the same command goes on", file=sys.stderr)
+            raise
+    words = ["pilegrasp", "search", scenario]
+    for option, values in (("--over", over), ("--vary", vary), ("--set", settings), ("--plugins", plugins)):
+        words += [word for value in values or () for word in (option, str(value))]
+    words += ["--objective", objective.value, "--budget", str(budget), "--seeds", seeds, "--judge", judge]
+    document = write_results(result, shlex.join([*words, "--out", str(out)]))
+    if as_json:
+        print_json(document)
+    else:
+        _print_result(document)
+
+
+@contextmanager
+def _progress(name: str) -> Iterator[Callable[[str, int, int], None]]:
+    """Show what happens and the finished attempts; nothing outside a terminal."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[words]}"),
+    )
+    with make_progress(*columns) as bar:
+        line = bar.add_task(escape(name), total=None, words="preparing")
+        yield lambda words, done, total: bar.update(line, completed=done, total=total, words=escape(words))
+
+
+def _print_result(document: Mapping[str, Any]) -> None:
+    console = make_console()
+    judged, timed = document["judgement"], document["objective"] == "picks"
+    unit = " %" if timed else " points"
+    console.print(
+        f"{escape(document['scenario'])}, {document['objective']}: {len(document['candidates'])} candidates, "
+        f"{document['attempts']} attempts; on {judged['n']} fresh seeds {judged['winner']:.3g}, the start "
+        f"{judged['start']:.3g}, gain {100 * judged['low']:+.0f} to {100 * judged['high']:+.0f}{unit}: "
+        f"{document['verdict']}",
+        highlight=False,
+        soft_wrap=True,
+    )
+    table = Table(box=None, pad_edge=False)
+    for column in ("key", "start", "winner"):
+        table.add_column(column)
+    for key, value in document["start"].items():
+        table.add_row(*(escape(str(cell)) for cell in (key, value, document["winner"]["set"].get(key, value))))
+    console.print(table)
+    if len(document["undecided"]):
+        console.print(f"not decided against {len(document['undecided'])} candidates; the page lists them")
+    for path in document["files"].values():
+        console.print(f"wrote {escape(path)}", highlight=False, soft_wrap=True)

@@ -1,0 +1,1 @@
+"""The numeric law: short functions of arrays, compiled, each with its formula."""

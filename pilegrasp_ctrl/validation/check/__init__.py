@@ -1,0 +1,1 @@
+"""What `pilegrasp check` looks at: files, arms, hands, parts and scenarios."""

@@ -1,0 +1,1 @@
+"""Parallel-jaw gripper on its force/torque sensor."""

@@ -1,0 +1,1 @@
+"""Flat plate on its force/torque sensor."""

@@ -1,0 +1,1 @@
+"""Recordings for other programs: Rerun, Foxglove, and tables of the signals."""
