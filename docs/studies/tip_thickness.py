@@ -19,7 +19,7 @@ from pilegrasp_ctrl.study.run import StudyProgress, run_study
 from script import run_script, seed_range
 from six_conditions import CONDITIONS, counts
 
-RADII = (3.5, 5.0, 6.0, 7.0, 8.75)
+RADII = (3.5, 5.0, 6.0, 7.0, 8.0, 8.75)
 """Radii of the fingertips [mm]; the band of the hand's README, with the largest as a taper leaves it."""
 
 NAMES = ("14 cylinders, wall", "18 heavy, corner, 17 N", "18 heavy, corner, 25 N")

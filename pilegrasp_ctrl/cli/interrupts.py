@@ -55,6 +55,9 @@ class Interrupts:
     def __exit__(self, *_: object) -> None:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         sys.unraisablehook = self._hook
+        # An interrupt that passes through an `exec` of text, as when a dataclass is made, marks the process:
+        # `python -m` then ends it by SIGINT, whatever its exit status. The next `exec` takes the mark away.
+        exec("pass")
         self._at_once = True
         if not self._at_once_in_the_end:
             for number, handler in self._before.items():

@@ -131,3 +131,25 @@ def test_an_interrupt_that_a_library_turns_into_an_error_stays_an_interrupt(monk
     monkeypatch.setattr("pilegrasp_ctrl.scenarios.names", torn)
     assert cli.main(["list"]) == INTERRUPTED
     assert capsys.readouterr() == ("", "")
+
+
+INSIDE_AN_EXEC = """
+import os, signal, sys
+from pilegrasp_ctrl.cli.interrupts import Interrupts
+
+with Interrupts(True) as interrupts:
+    try:
+        interrupts.begin()
+        exec("os.kill(os.getpid(), signal.SIGTERM); signal.pause()")
+    except KeyboardInterrupt:
+        pass
+sys.exit(130)
+"""
+
+
+def test_an_interrupt_inside_an_exec_keeps_the_exit_status(tmp_path):
+    (tmp_path / "program.py").write_text(INSIDE_AN_EXEC)
+    environment = os.environ | {"PYTHONPATH": f"{ROOT}:{tmp_path}"}
+    # Only `python -m` looks at the mark that the exec leaves.
+    done = subprocess.run([sys.executable, "-m", "program"], env=environment, timeout=60, check=False)
+    assert done.returncode == INTERRUPTED

@@ -147,13 +147,13 @@ def fault_of_trial(trial: Trial) -> str | None:
 
 
 def _fault_of_end(trial: Trial, status: int, out: str, err: str, ended_before: bool) -> str | None:
+    if "KeyboardInterrupt" in err and "pilegrasp_ctrl" not in err:
+        return None  # Python was still starting: no frame of its traceback is the program's
     expected = (-trial.signal,) if trial.signal == signal.SIGKILL else (INTERRUPTED, -trial.signal)
     if status == 0 and (ended_before or out or err == ""):
         return None  # it was faster
     if status not in expected:
         return f"status {status}: {err[-300:]}"
-    if "KeyboardInterrupt" in err and "pilegrasp_ctrl" not in err:
-        return None  # Python was still starting: no frame of its traceback is the program's
     lines = [line for line in err.splitlines() if not line.startswith(("stopped; finished", "pilegrasp compiles"))]
     return f"on standard error: {err[-400:]!r}" if lines else None
 
