@@ -8,7 +8,7 @@ import pytest
 from own_hand import write_hand
 from pilegrasp_ctrl.exceptions import ModelError
 from pilegrasp_ctrl.sim.hand import Hand
-from pilegrasp_ctrl.validation.hand.hand_bench import SETTLING, HandBench, axes
+from pilegrasp_ctrl.validation.hand.hand_bench import SETTLING, HandBench, axes, touch_depth
 
 PUSH = 10.0  # N
 
@@ -42,16 +42,10 @@ def test_a_finger_that_is_pushed_aside_takes_its_neighbour_along():
     assert pushed[0] < alone[0] - 0.003
 
 
-def test_a_closing_hand_without_an_object_crosses_no_fingers():
-    hand = shipped()
-    bench = HandBench.build(hand)
-    data = bench.start()
-    data.ctrl[:] = 1.0
-    deepest = 0.0
-    while data.time < 2.0:
-        bench.advance(data, 0.01)
-        deepest = max(deepest, -float(data.contact.dist.min(initial=0.0)))
-    assert deepest < hand.parameters["fingers"]["radius_tip"]
+def test_a_finger_does_not_pass_through_its_neighbour():
+    radius = shipped().parameters["fingers"]["radius_tip"]
+    assert touch_depth(HandBench.build(shipped()), 0.8 * PUSH) < radius
+    assert touch_depth(HandBench.build(without_touch(shipped())), 0.8 * PUSH) > 1.5 * radius
 
 
 def test_the_base_of_a_finger_twists_by_its_stiffness():

@@ -17,6 +17,7 @@ from pilegrasp_ctrl.validation.physics.friction import roll, slip
 from pilegrasp_ctrl.validation.physics.hung_weight import reading
 from pilegrasp_ctrl.validation.physics.penetration import impact_depth
 from pilegrasp_ctrl.validation.physics.physics_check import PhysicsCheck, markdown
+from pilegrasp_ctrl.validation.physics.plant import added_gravity, plant_checks
 from pilegrasp_ctrl.validation.physics.restitution import drops, rebound
 from places import DOCS, ROOT
 
@@ -171,3 +172,10 @@ def test_the_library_never_imports_pybullet():
 def test_a_measurement_that_came_from_numpy_is_still_json():
     row = json.loads(json.dumps(PhysicsCheck("x", 1.0, np.float64(1.1), np.float64(0.2), "-").as_dict()))
     assert (row["measured"], row["ok"]) == (1.1, True)
+
+
+def test_the_simulated_arm_is_as_heavy_as_asked_for():
+    assert [check for check in plant_checks() if not check.ok] == []
+    # The arm of seed 0 is drawn as well, so its links are not those of the model.
+    assert added_gravity(1.1) == pytest.approx(0.1, rel=0.03)
+    assert added_gravity(1.0) == 0.0

@@ -31,6 +31,9 @@ LOAD_PERIOD = 0.01
 SMALL_FORCE = 0.1
 """Load that bends a finger by a few millimetres [N]; chosen."""
 
+FAR = 0.1
+"""Distance beyond which geoms are not compared [m]; chosen."""
+
 CLOSED = 0.9
 """Share of the tip's travel at which a finger counts as closed [-]; chosen."""
 
@@ -179,3 +182,28 @@ def free_bend(bench: HandBench, closure: float = 1.0, finger: str = FINGER) -> f
     bench.advance(data, SETTLING)
     segments = bench.hand.parameters["thumb" if finger == "thumb" else "fingers"]["segments"]
     return float(sum(data.joint(f"{finger}_bend_{i + 1}").qpos[0] for i in range(segments)))
+
+
+def touch_depth(bench: HandBench, force: float, finger: str = FINGER) -> float:
+    """Return the deepest overlap of a finger with its neighbours while `force` [N] pushes its tip to the side [m].
+
+    It is the overlap of the shapes, whether or not the model lets them touch.
+    """
+    _, sideways = axes(bench, finger)
+    geoms = bench.hand.contact_geoms
+    others = [geom for geom in geoms if geom.split("_")[0] not in (finger, "palm", "sensor")]
+    pairs = [
+        (bench.model.geom(own).id, bench.model.geom(other).id)
+        for own in geoms
+        if own.split("_")[0] == finger
+        for other in others
+    ]
+    deepest = 0.0
+    for direction in (sideways, -sideways):
+        data = bench.start()
+        while data.time < SETTLING:
+            bench.load(data, finger, force * direction)
+            bench.advance(data, LOAD_PERIOD)
+            closest = min(mujoco.mj_geomDistance(bench.model, data, *pair, FAR, None) for pair in pairs)
+            deepest = max(deepest, -float(closest))
+    return deepest

@@ -31,6 +31,9 @@ SQUEEZES = (0.0, 2.0, PAD_LOAD)
 RADII = {"ball": 0.027, "cylinder": 0.020}
 """Radii of what the fingertip has to slide under [m]; `scenarios/objects`."""
 
+SIDE_LOAD = 8.0
+"""Load that pushes a finger against its neighbour [N]; chosen above what carries it there."""
+
 PAYLOAD = 0.5
 """Published payload of the real hand [kg] (Deimel and Brock, RSS 2014)."""
 
@@ -133,6 +136,8 @@ def _tip(hand: Hand) -> Iterator[PhysicsCheck]:
         for what, radius in RADII.items():
             slope = degrees(meeting_slope(1e-3 * measured, radius))
             yield _check(f"slope at which it then meets a lying {what}, {load:g} N", slope, "deg", 0.0, 0.0, ">=")
+    overlap = 1e3 * hand_bench.touch_depth(HandBench.build(hand), SIDE_LOAD)
+    yield _check(f"overlap of a finger that {SIDE_LOAD:g} N push on its neighbour", overlap, "mm", 0.5 * free, 0.0, "<=")
 
 
 def _holding(hand: Hand) -> Iterator[PhysicsCheck]:

@@ -11,6 +11,7 @@ from .friction import friction_checks
 from .hung_weight import hung_weight_checks
 from .penetration import penetration_checks
 from .physics_check import PhysicsCheck
+from .plant import plant_checks
 from .restitution import restitution_checks, step_halving_checks
 
 KNOWN = {
@@ -34,6 +35,7 @@ SUITES: tuple[tuple[float, Callable[[], Iterable[PhysicsCheck]]], ...] = (
     (20.0, friction_checks),
     (12.0, energy_checks),
     (6.0, hung_weight_checks),
+    (3.0, plant_checks),
     (40.0, penetration_checks),
     (40.0, hand_checks),
 )
