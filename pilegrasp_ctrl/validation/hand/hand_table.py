@@ -136,8 +136,8 @@ def _tip(hand: Hand) -> Iterator[PhysicsCheck]:
         for what, radius in RADII.items():
             slope = degrees(meeting_slope(1e-3 * measured, radius))
             yield _check(f"slope at which it then meets a lying {what}, {load:g} N", slope, "deg", 0.0, 0.0, ">=")
-    overlap = 1e3 * hand_bench.touch_depth(HandBench.build(hand), SIDE_LOAD)
-    yield _check(f"overlap of a finger that {SIDE_LOAD:g} N push on its neighbour", overlap, "mm", 0.5 * free, 0.0, "<=")
+    depth = 1e3 * hand_bench.touch_depth(HandBench.build(hand), SIDE_LOAD)
+    yield _check(f"overlap of a finger that {SIDE_LOAD:g} N push on its neighbour", depth, "mm", 0.5 * free, 0.0, "<=")
 
 
 def _holding(hand: Hand) -> Iterator[PhysicsCheck]:

@@ -45,7 +45,8 @@ def plant_checks() -> Iterator[PhysicsCheck]:
     nominal = ArmFactors(np.ones(len(simulated_arm(ROBOT).joint_names)), 1.0)
     drawn = [draw_factors(spread, nominal, seed) for seed in range(SEEDS)]
     friction, mass = np.array([each.friction for each in drawn]), np.array([each.mass for each in drawn])
-    for name, values, share in (("friction of joints", friction, spread.friction), ("mass of links", mass, spread.mass)):
+    drawings = (("friction of joints", friction, spread.friction), ("mass of links", mass, spread.mass))
+    for name, values, share in drawings:
         for end, found, sign in (("least", values.min(), -1.0), ("most", values.max(), 1.0)):
             requested = 1.0 + sign * share
             yield PhysicsCheck(f"plant: {name}, {end} of {SEEDS} draws", requested, float(found), 0.02 * share, "-")
