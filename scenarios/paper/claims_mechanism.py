@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from pilegrasp_ctrl.scenarios.paper.comparisons import p_mcnemar
-from pilegrasp_ctrl.scenarios.paper.conditions import HAND, HAND_NAMES, SHOVEL, SUPPORTS, grasp
+from pilegrasp_ctrl.scenarios.paper.conditions import HAND, HAND_NAMES, OBJECT_NAMES, SHOVEL, SUPPORTS, grasp
 from pilegrasp_ctrl.scenarios.paper.evidence import Evidence, Sample, differences
 from pilegrasp_ctrl.scenarios.paper.figures_mechanism import (
     FLAT,
@@ -33,6 +34,15 @@ from pilegrasp_ctrl.scenarios.paper.judgement import (
 )
 from pilegrasp_ctrl.types import Array
 
+FORESEEN = {
+    f"hand, {OBJECT_NAMES[name]}, {support}": grasp(name, support)
+    for name, support in (
+        ("light_sphere", "none"),
+        *product(("light_sphere", "heavy_sphere", "cylinder"), ("wall", "corner")),
+        ("cube", "wall"),
+    )
+}
+"""Conditions at which the rule that names the held object stands beside its chance level, by name (C13)."""
 SEVERAL = (0.05, 0.30)
 """Smallest and largest share of successes with several objects for which C12 holds; claims, C12."""
 PRESSES = 3.0
@@ -88,12 +98,13 @@ def _judge_motion(evidence: Evidence) -> Finding:
     else:
         parts.append(Judgement(text, "holds" if separated >= MIN_SEPARATED * asked else "fails"))
     numbers: dict[str, Any] = {"separated": {"n": asked, "count": separated}}
-    for end_effector, word in HAND_NAMES.items():
-        every = evidence.grasps_with(end_effector)
-        n, foreseen, chance = every.count("asked"), every.count("foreseen"), every.mean("chance")
-        numbers[word] = {"n": n, "foreseen": foreseen, "chance": chance}
+    every = {f"{word}, all": evidence.grasps_with(end_effector) for end_effector, word in HAND_NAMES.items()}
+    every |= evidence.samples_of(FORESEEN)
+    for name, sample in every.items():
+        n, foreseen, chance = sample.count("asked"), sample.count("foreseen"), sample.mean("chance")
+        numbers[name] = {"n": n, "foreseen": foreseen, "chance": chance}
         beside = "" if chance is None else f"; drawn from those at the hand {format_percent(chance)}"
-        text = f"{word}: the rule names the held object before the trigger in {format_share(foreseen, n)}{beside}"
+        text = f"{name}: the rule names the held object before the trigger in {format_share(foreseen, n)}{beside}"
         parts.append(Judgement(text, reported=True))
     return Finding(tuple(parts), samples | plates, numbers)
 
@@ -214,7 +225,7 @@ CLAIMS = (
         "a sketch",
         "objects approach the hand faster than a flat plate that pushes the same pile; spread outside above 0, and "
         "less beside a wall; in at least 50 % of the hand's successes exactly one object is at the hand at the "
-        "trigger, at rest for 0.1 s; the rule that names the held object stands beside its chance level",
+        "trigger, at rest for 0.1 s; the rule that names the held object stands beside its chance level, by condition",
         _judge_motion,
         [PUSHED["wall"]],
     ),

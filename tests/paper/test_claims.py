@@ -155,9 +155,11 @@ def test_two_objects_at_the_hand_are_no_separation():
 
 
 def test_the_rule_stands_beside_its_chance_level():
-    numbers = BY_NAME["C13"].judge(world()).numbers["hand"]
-    assert numbers["foreseen"] == numbers["n"] > 0
-    assert numbers["chance"] == 1.0
+    numbers = BY_NAME["C13"].judge(world()).numbers
+    for name in ("hand, all", "shovel, all", "hand, heavy spheres, corner", "hand, cubes, wall"):
+        assert numbers[name]["foreseen"] == numbers[name]["n"] > 0
+        assert numbers[name]["chance"] == 1.0
+    assert numbers["hand, cubes, wall"]["n"] < numbers["hand, all"]["n"]
 
 
 def test_the_gap_to_the_real_shovel_is_stated():
