@@ -1,6 +1,6 @@
 """Print how well the operational-space controller tracks lines, arcs and steps on two arms, as Markdown tables.
 
-Usage: python docs/studies/tracking_table.py [--arms NAME...] [--speeds V...] [--steps D...]
+Usage: python docs/studies/tracking_table.py [--arms NAME...] [--speeds V...] [--steps D...] [--csv FOLDER]
 
 No physics engine is involved: the plant is the arm's equations of motion with joint friction. Each condition
 changes one thing between the plant and the controller's model. All of them take one or two minutes on one core.
@@ -9,9 +9,11 @@ changes one thing between the plant and the controller's model. All of them take
 from __future__ import annotations
 
 import argparse
+import csv
 import sys
 from collections.abc import Sequence
 from math import degrees, inf, pi
+from pathlib import Path
 
 import numpy as np
 from rich.console import Console
@@ -118,8 +120,13 @@ def step_row(arm: str, size: float, condition: Condition) -> tuple[str, ...]:
     )
 
 
-def tracking_table(arms: Sequence[str], speeds: Sequence[float], steps: Sequence[float]) -> str:
-    """Measure every path at every speed and every step, on every arm, under every condition that applies to the arm.
+Row = tuple[str, ...]
+
+
+def measure_tracking(
+    arms: Sequence[str], speeds: Sequence[float], steps: Sequence[float]
+) -> tuple[list[Row], list[Row]]:
+    """Return the rows of paths and of steps: each on every arm, under every condition that applies to the arm.
 
     A terminal shows progress on standard error.
 
@@ -149,7 +156,14 @@ def tracking_table(arms: Sequence[str], speeds: Sequence[float], steps: Sequence
             rises.append(step_row(arm, value, condition))
         else:
             paths.append(path_row(arm, motion, value, condition))
-    return f"{markdown_table(PATH_HEADER, paths)}\n\n{markdown_table(STEP_HEADER, rises)}"
+    return paths, rises
+
+
+def write_csv(folder: Path, paths: Sequence[Row], rises: Sequence[Row]) -> None:
+    """Write `tracking-paths.csv` and `tracking-steps.csv` into the folder."""
+    for name, header, rows in (("paths", PATH_HEADER, paths), ("steps", STEP_HEADER, rises)):
+        with (folder / f"tracking-{name}.csv").open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file, lineterminator="\n").writerows([header, *rows])
 
 
 def _rms(values: Array) -> float:
@@ -176,9 +190,14 @@ def main() -> None:
     parser.add_argument("--arms", nargs="+", choices=ARMS, default=ARMS)
     parser.add_argument("--speeds", nargs="*", type=float, default=SPEEDS, help="speeds of lines and arcs [m/s]")
     parser.add_argument("--steps", nargs="*", type=float, default=STEPS, help="sizes of the steps [m]")
+    parser.add_argument("--csv", type=Path, metavar="FOLDER", help="write two CSV files there, print nothing")
     options = parser.parse_args()
     try:
-        print(tracking_table(options.arms, options.speeds, options.steps))
+        paths, rises = measure_tracking(options.arms, options.speeds, options.steps)
+        if options.csv:
+            write_csv(options.csv, paths, rises)
+        else:
+            print(markdown_table(PATH_HEADER, paths), markdown_table(STEP_HEADER, rises), sep="\n\n")
     except PilegraspError as error:
         sys.exit(f"error: {error}")
 
