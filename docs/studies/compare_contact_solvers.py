@@ -2,7 +2,7 @@
 
 Usage: python docs/studies/compare_contact_solvers.py [SEEDS]
 
-The two tables are those of docs/numerics.md.
+docs/contact-solvers.csv holds the rows of both tables; docs/numerics.md shows some of them.
 """
 
 from __future__ import annotations
