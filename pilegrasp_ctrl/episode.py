@@ -36,8 +36,8 @@ Progress = Callable[[float, str], None]
 """Function that is called with the simulated time [s] and the primitive's name."""
 
 LOOP_PARTS = ("observe", "state", "primitive", "control", "record", "step", "check")
-"""Parts of a control period, in their order: sensors; terms of the arm; events and setpoint of the primitive; torque;
-recording and frames; the backend's step; saturation and collisions."""
+"""Parts of a control period, in order: sensors, terms of the arm, events and setpoint of the primitive, torque,
+recording and frames, the backend's step, saturation and collisions."""
 
 LoopObserver = Callable[[str], None]
 """Function that is called with the name of each part of a control period after the part."""

@@ -41,8 +41,8 @@ class Sources:
 def module_sources(module: str, spec: ModuleSpec, in_folder: bool) -> Sources:
     """Return the sources of a module with a dotted name.
 
-    They are its file, the files of the packages around it, and what these import by a statement: from the same
-    package, or, if the module lies in a folder of plugins, from that folder. Imports that are computed are not seen.
+    They are its file, the files of the packages around it, and what these import by a statement. Imports count from the
+    same package or, for a module in a folder of plugins, from that folder. Computed imports are not found.
 
     Args:
         module: Dotted name.

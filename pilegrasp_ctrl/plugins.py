@@ -1,8 +1,8 @@
 """Functions of a user, named as `module:function`: plans, measures, and builders of hands.
 
 A module comes from an installed package, or from a folder that the command names by `--plugins DIR`. It never comes
-from the current folder, from `PYTHONPATH`, from the standard library, or from beside the file that names it: a scenario
-that a stranger sent runs no code of its own.
+from the current folder, `PYTHONPATH`, the standard library, or the folder of the file that names it. A scenario from a
+stranger therefore runs no code of its own.
 """
 
 from __future__ import annotations

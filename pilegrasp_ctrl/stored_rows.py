@@ -30,8 +30,8 @@ COLUMNS = {
 """Columns of each table."""
 
 WITHOUT_DIGEST = ("origins",)
-"""Tables whose rows need no digest: before anything is added to a study, each is compared with what is here, and the
-first difference is named."""
+"""Tables whose rows need no digest. Before anything is added to a study, each row is compared with the present one, and
+an error names the first difference."""
 
 KEYS = {"about": 1, "origins": 1, "scenarios": 2, "attempts": 2, "costs": 2}
 """Number of leading columns that name a row."""

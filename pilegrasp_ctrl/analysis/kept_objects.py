@@ -34,8 +34,8 @@ AHEAD_WEIGHT = 1.5
 the outcome of grasps (docs/motion-pattern.md)."""
 
 RECEDING_SHARE = 0.5
-"""Share by which a distance from the middle counts more on the side on which a slanted wall recedes, and less on the
-other [-]; chosen by the outcome of grasps (docs/motion-pattern.md)."""
+"""Share by which a distance from the middle counts more on the receding side of a slanted wall, and less on the other
+side [-]. Chosen by the outcome of grasps (docs/motion-pattern.md)."""
 
 NOTHING_HELD = "nothing was in the hand after the lift"
 """Reason of an attempt that holds no object after the lift."""

@@ -17,7 +17,7 @@ class ForceRamp:
     """Ramps a desired force up and down, and limits its rate if it changes in between.
 
     The share runs from 0 to 1 as `3 u² - 2 u³`, with u linear over `duration`. Within a period h it changes by at most
-    `1.5 h / duration`, and the force by at most `2.5 h / duration` times the largest desired force.
+    `1.5 h / duration`. The force changes by at most `2.5 h / duration` times the largest desired force.
 
     The ramp remembers its progress. Time that goes backwards starts a new attempt, and the ramp starts at zero.
 

@@ -21,11 +21,11 @@ ERROR_RATE = 8.0
 class FrictionCompensation:
     """Torque `gain (coulomb tanh(v* / scale) + viscous v*)` for the joint velocities v* that the tasks ask for.
 
-    The measured velocity is not used: its sign flips at rest, and the torque would chatter. v* is the damped
-    pseudo-inverse's answer to the reference twist plus `error_rate` times the pose error. The second part breaks
-    loose a joint that sticks short of its goal. It asks for at most 0.1 m/s and 0.4 rad/s. That is enough for all of
-    the Coulomb part, and it bounds the viscous part if a target is out of reach. No v* exceeds its joint's limit.
-    The Coulomb part never exceeds the modelled friction, so a gain of 1 removes only what friction dissipates.
+    The measured velocity is not used: its sign flips at rest, and the torque would chatter. The damped pseudo-inverse
+    gives v* for the reference twist plus `error_rate` times the pose error. The second part breaks loose a joint that
+    sticks short of its goal. It asks for at most 0.1 m/s and 0.4 rad/s. That is enough for all of the Coulomb part, and
+    it bounds the viscous part if a target is out of reach. No v* exceeds its joint's limit. The Coulomb part never
+    exceeds the modelled friction, so a gain of 1 removes only what friction dissipates.
 
     Attributes:
         arm: Model with the friction.

@@ -60,9 +60,10 @@ class InertiaWeightedDynamics(InverseDynamics):
     mass of 1 / w = 10 t. It changes a force by less than a thousandth, and it keeps the acceleration finite at a
     singular posture.
 
-    If no limit binds, a* is the answer. If one does, the metric M alone would be Gauss's principle of least constraint:
-    the arm accelerates as if the limit belonged to its mechanics, and the tool yields. With c = 100 the
-    solution first uses the freedom that the tool leaves, but does not accelerate heavy joints hard for a light one.
+    If no limit is active, a* is the answer. With an active limit, the metric M alone would be Gauss's principle of
+    least constraint. The arm would then accelerate as if the limit belonged to its mechanics, and the tool would yield.
+    With c = 100 the solution first uses the freedom that the tool leaves, but does not accelerate heavy joints hard for
+    a light one.
 
     Bounds on the accelerations are meant for those that actually follow. If a hand presses on something, the wanted
     accelerations do not follow. A bound that binds is therefore relaxed by the acceleration that the environment took

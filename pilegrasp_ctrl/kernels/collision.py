@@ -45,8 +45,8 @@ def capsule_motion(J, moves, poses, rows, starts, ends, v, speeds, middles):
 def least_distances(middles, reaches, boxes, firsts, seconds, least):
     """Fill a distance that the surfaces of each pair have at least [m].
 
-    A capsule lies within `reaches` of its middle. The second shape of a pair is a capsule, or, from the number of
-    capsules on, a box: a row of `boxes` with its middle, its rotation by rows, and half its edges, 15 numbers.
+    A capsule lies within `reaches` of its middle. The second shape of a pair is a capsule; an index from the number of
+    capsules on means a box. A row of `boxes` has 15 numbers: middle, rotation by rows, and half edges.
     """
     count = middles.shape[0]
     for pair in range(firsts.shape[0]):
@@ -87,8 +87,8 @@ def distance_rows(J, moves, p, n, v, G, rate):
 
         G_j = moves_j (n · J_v + J_w · (p x n))
 
-    `moves` (m, nv) is 1 for a joint that moves only the shape into which n points, -1 for one that moves only the other
-    shape, and 0 for one that moves both or none.
+    `moves` (m, nv) is 1 for a joint that moves only the shape into which n points. It is -1 for a joint that moves only
+    the other shape, and 0 for one that moves both or none.
     """
     for i in range(p.shape[0]):
         x = p[i, 1] * n[i, 2] - p[i, 2] * n[i, 1]

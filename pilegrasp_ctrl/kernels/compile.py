@@ -1,8 +1,8 @@
 """How a kernel is compiled: at import, for exactly the types that its signature states.
 
-A kernel uses loops, `+ - * /` and `math.*` only, so that its compiled and its plain form give the same bits on every
-processor: no `@`, `np.dot`, `np.linalg`, `.sum()`, `**` or numpy's transcendental functions. With `NUMBA_DISABLE_JIT=1`
-kernels run as plain Python.
+A kernel uses only loops, `+ - * /` and `math.*`. Its compiled and its plain form then give the same bits on every
+processor. It does not use `@`, `np.dot`, `np.linalg`, `.sum()`, `**` or numpy's transcendental functions. With
+`NUMBA_DISABLE_JIT=1` kernels run as plain Python.
 """
 
 from __future__ import annotations

@@ -18,8 +18,8 @@ from .obstacles import Obstacle, Plane
 GUARD_SPACING = 0.05
 """Largest distance of neighbouring guard balls along a capsule [m]; chosen.
 
-The closest point of a capsule that turns along a surface jumps to another place. The guard balls, which have the
-capsule's radius, are watched at all times, so no point that a jump reaches is farther than this from a watched one."""
+The closest point of a capsule that turns along a surface jumps to another place. The guard balls have the capsule's
+radius and are always watched. No point that a jump reaches is therefore farther than this from a watched one."""
 
 _DEEP = 100.0
 """Half the depth of the box that stands for a plane where far pairs are sorted out [m]; chosen, beyond any arm."""

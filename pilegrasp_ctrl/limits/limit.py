@@ -29,12 +29,11 @@ class Bounds(NamedTuple):
 class Limit(Protocol):
     """A limit of the arm's motion or torque. Any object with these two members may stand in a controller's list.
 
-    A limit may have four more attributes. `rate` is the control rate it was made for [Hz]; a controller of another
-    rate refuses it. `on_torque` is True if its rows bound the commanded torque rather than what the joints do: joint
-    friction and contact, which the command does not contain, then do not change them. `cut(torque, state)` returns
-    the torque (nv,) within the limit that is nearest to `torque` (nv,) [N·m], for periods without a solution.
-    `check(arm)` is called when the arm gets another payload, and raises `ConfigurationError` where the limit cannot be
-    kept with it.
+    A limit may have four more attributes. `rate` is the control rate it was made for [Hz]; a controller of another rate
+    refuses it. `on_torque` is True if its rows bound the commanded torque rather than the motion. Joint friction and
+    contact then do not change them. `cut(torque, state)` returns the torque (nv,) within the limit that is nearest to
+    `torque` (nv,) [N·m], for periods without a solution. `check(arm)` is called when the arm gets another payload, and
+    raises `ConfigurationError` where the limit cannot be kept with it.
 
     Attributes:
         hard: Whether the limit holds always. A soft one gives way where the hard ones leave no room.

@@ -115,14 +115,14 @@ class PositionLimit:
     At distance d from a limit, a joint that decelerates with b can stop from the speed w with `w² = 2 b d`. This is the
     border of the viable states of Del Prete, "Joint position and velocity bounds in discrete-time acceleration/torque
     control of robot manipulators", RA-L 3(1), 2018. The bound keeps the speed at the end of a horizon of two control
-    periods within it. On the last part of the way the border is a line, `w = d / stopping_time`, which meets the
-    parabola smoothly, so that the joint approaches its limit exponentially and the torque does not chatter.
+    periods within it. Near the limit the border is a line, `w = d / stopping_time`, which meets the parabola smoothly.
+    The joint then approaches its limit exponentially, and the torque does not chatter.
 
     The deceleration is that of the present state, `share (spare - friction) / M_ii`. `spare` is the torque that h
     leaves of the limits, those of shared motors too, in the direction that brakes. The other share is for coupling with
-    other joints. Gravity may hinder more on the way. Its torque G in the worst posture changes by at most G per radian,
-    so the deceleration falls with the slope `share G / M_ii` at most, and never below the least over all postures. b is
-    the mean over the distance.
+    other joints. Gravity may hinder more on the way. Its torque G in the worst posture changes by at most G per radian.
+    The deceleration therefore falls with at most the slope `share G / M_ii`, and never below the least over all
+    postures. b is the mean over the distance.
 
     A joint that is found outside its range returns at the speed `retreat`, or that of `VelocityLimit` if it is lower.
     It accelerates with at most `GENTLE_DEMAND` times its least deceleration.

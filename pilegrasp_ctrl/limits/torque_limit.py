@@ -24,8 +24,8 @@ class TorqueLimit:
 
     S is the identity if each joint has its own motor. In a differential two motors share two joints, and the torque
     left for one joint depends on the other's. With motor speeds `joint_to_motor v`, power is the same on both sides if
-    `tau = joint_to_motorᵀ tau_motor`, so the rows of S are those of the inverse transpose. A joint with its own motor
-    keeps its row and its limit; the limits of shared joints follow from those of the motors.
+    `tau = joint_to_motorᵀ tau_motor`. The rows of S are therefore those of the inverse transpose. A joint with its own
+    motor keeps its row and its limit; the limits of shared joints follow from those of the motors.
 
     Attributes:
         arm: Arm whose torques they are.

@@ -1,7 +1,7 @@
 """Push goals in a bin, by one rule for every bin, hand and arm. Pure geometry; what the arm can do is asked for.
 
-A line to a wall or corner is a goal if the hand fits between the walls along it, and if the arm can put the hand down
-far enough back. The hand is the balls of its outline, which keep `HAND_CLEARANCE` off every wall.
+A line to a wall or corner is a goal if the hand fits between the walls along it. The arm must also be able to put the
+hand down far enough back. The hand is the balls of its outline, which keep `HAND_CLEARANCE` off every wall.
 
 - The far wall: all lines at right angles to it on which both sides of the hand clear the side walls.
 - A corner: the direction nearest to its bisector in which a push is at least `LEAST_SHARE` as long as to the far wall.
@@ -53,12 +53,12 @@ ROUNDING = 1e-9
 """Distance by which a clearance may be missed [m]; rounding."""
 
 Outline = Callable[[float], Array]
-"""Function from the yaw of a push of alpha = 0 [rad] to the hand's outline (n, 4) as it pushes: balls relative to the
-fingertips in the axes of the world, and their radii [m]."""
+"""Function from the yaw of a push of alpha = 0 [rad] to the hand's outline (n, 4) as it pushes. A row is a ball: its
+centre relative to the fingertips in world axes, and its radius [m]."""
 
 ArmClears = Callable[[float, Array, Array], bool]
-"""Function from the yaw of a push [rad], its touch-down (2,) and its end (2,) [m] to whether the arm reaches both, and
-keeps its links off all walls as it comes down."""
+"""Function of the yaw of a push [rad], its touch-down (2,) and its end (2,) [m]. It returns whether the arm reaches
+both, and keeps its links off all walls as it comes down."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -145,8 +145,8 @@ def _point_at_wall(layout: Layout, middle: Array, radius: float) -> Array:
 def _pile_middle(positions: Array, size: float) -> Array:
     """Return the centroid (2,) of the pile, without strays that lie `size` [m] or farther from the median.
 
-    The median itself is no good choice: with an odd number of balls in columns it lies on one of them, and the side
-    walls of the shovel then hit the two balls beside it.
+    The median itself would not do: with an odd number of columns of balls it lies on a ball. The side walls of the
+    shovel would then hit the two balls beside it.
     """
     off = np.linalg.norm(positions - np.median(positions, axis=0), axis=1)
     near = off < size

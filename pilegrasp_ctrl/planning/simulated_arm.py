@@ -1,8 +1,8 @@
 """The arm for a simulator, as plain numbers: bodies, joints, motors, friction and shapes. Whatever the file was.
 
-An arm's folder may hold an MJCF of its own for the simulation beside its URDF, as the WAM's does; it is used as it is.
-The bodies of every other arm are built from the very model that the controllers use, so that torque limits, friction
-and inertia of the simulated arm are what the folder says.
+An arm's folder may hold an MJCF for the simulation beside its URDF, as the WAM's does; it is used unchanged. The bodies
+of every other arm are built from the model that the controllers use. Torque limits, friction and inertia of the
+simulated arm are therefore those of the folder.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from ..robots import folder_digest
 from ..types import Array, Pose
 
 DEFAULT_BASE_RADIUS = 0.2
-"""Radius around the axis of the first joint within which links may be beside the table, below its top [m]; chosen, that
-of the WAM's base."""
+"""Radius around the first joint's axis within which links may be beside the table, below its top [m]; chosen, that of
+the WAM's base."""
 
 SMALLEST_MASS = 1e-6
 """Mass of a body without one in the simulation [kg], which needs one; chosen, far below what moves a joint."""

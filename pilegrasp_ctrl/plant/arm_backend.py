@@ -22,9 +22,9 @@ MAX_SPEED = 1e4
 class ArmBackend:
     """An arm that moves; `ArmSimulation.start` makes it.
 
-    It has the methods of a backend (`pilegrasp_ctrl.sim.backend.Backend`), so an attempt can run on it: without an
-    engine, without objects, and with the simulation's environment in place of table and pile. Its sensor measures the
-    wrench of the environment at the tool's origin.
+    It has the methods of a backend (`pilegrasp_ctrl.sim.backend.Backend`), so an attempt can run on it. There is no
+    engine and no object; the simulation's environment replaces table and pile. Its sensor measures the wrench of the
+    environment at the tool's origin.
 
     Attributes:
         q: (nv,) True joint positions [rad].

@@ -22,11 +22,11 @@ class JointFriction:
 
         (M + ½ t B) v⁺ = M v_free - ½ t B v + t f,        |f| <= coulomb.
 
-    Here f makes a joint stick (v⁺ = 0) if the friction suffices; otherwise it opposes the motion with all of coulomb.
-    f is the optimum of a quadratic program (J. J. Moreau, "Unilateral contact and dry friction in finite freedom
-    dynamics", in Nonsmooth Mechanics and Applications, 1988). An active-set method solves it exactly, so joints that
-    are coupled through the inertia stick and slip together. The viscous part B is implicit, so that a light joint with
-    high viscous friction stays stable.
+    If the friction suffices, f makes a joint stick (v⁺ = 0). Otherwise f opposes the motion with all of coulomb. f is
+    the optimum of a quadratic program (J. J. Moreau, "Unilateral contact and dry friction in finite freedom dynamics",
+    in Nonsmooth Mechanics and Applications, 1988). An active-set method solves it exactly, so joints that are coupled
+    through the inertia stick and slip together. The viscous part B is implicit, so that a light joint with high viscous
+    friction stays stable.
 
     Attributes:
         coulomb: (nv,) Coulomb friction [N·m].

@@ -28,7 +28,7 @@ def keep_clear(scenario: Scenario, arm: ArmModel, walls: Sequence[Wall]) -> list
     """Return the limits for the walls of crates.
 
     The arm's links and the housing of the sensor keep off whole walls. The rest of the hand keeps off the rims alone,
-    because palm and fingers may push against a wall below its rim; fingers and thumb bend, and are left out.
+    because palm and fingers may push against a wall below its rim. Fingers and thumb bend, so they are left out.
     """
     crates = [wall for wall in walls if wall.crate]
     flange = description(scenario.robot)["robot"]["flange_frame"]

@@ -21,8 +21,8 @@ from .shipped import plan_on_line
 from .workplace import Workplace
 
 HIGHEST_TOUCH = 0.015
-"""Height of the fingertips over the floor at touch-down above which an object is under the hand [m]; chosen, three
-times what the arm gives way under the touch force."""
+"""Height of the fingertips over the floor at touch-down above which an object is under the hand [m]. Chosen: three
+times the arm's deflection under the touch force."""
 
 
 class OrderProgram:

@@ -64,10 +64,10 @@ class ActiveTakeOver:
 class SwapProgram:
     """`strategy.pushing_hand` pushes, then `hand` closes where it stopped.
 
-    The null model of the hand's push: a plate as wide as the hand herds the same pile. The poses of the objects are
-    kept and their motion is taken away, because exchanging hands takes time. The second hand comes down
-    `strategy.clearance` behind the place where the first one stopped, and goes on until it feels F_grasp, but at most
-    `FOLLOW_UP` beyond that place. Then it closes in any case, and lifts.
+    The null model of the hand's push: a plate as wide as the hand herds the same pile. The objects keep their poses and
+    lose their motion, because exchanging hands takes time. The second hand comes down `strategy.clearance` behind the
+    place where the first one stopped. It pushes until it feels F_grasp, but at most `FOLLOW_UP` beyond that place. Then
+    it closes in any case, and lifts.
     """
 
     def begin(self, workplace: Workplace) -> SwapCourse:

@@ -19,8 +19,8 @@ _LONGEST_TEXT = 200
 class Solver(Protocol):
     """A solver that proposes a solution; `pilegrasp_ctrl.qp.program.solve` checks it.
 
-    Two attributes are optional. `name` stands in error messages in place of the class's name. `reads_only = True` says
-    that the solver neither overwrites the program's arrays nor keeps the array that it returns; it then gets the
+    Two attributes are optional. Error messages show `name` instead of the class's name. `reads_only = True` says that
+    the solver neither overwrites the program's arrays nor keeps the array that it returns. It then gets the
     controller's own arrays instead of copies.
     """
 

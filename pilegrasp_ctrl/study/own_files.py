@@ -1,7 +1,7 @@
 """Pages and pictures that this program wrote on this machine, recognised by a digest that lies in the user's cache.
 
 A folder of a study may come from a stranger, and a page in it may run any script. So a page is linked, kept or drawn
-only if it is, byte by byte, one that was written here; every other one is made anew.
+only if this machine wrote it, byte by byte. Every other page is made again.
 """
 
 from __future__ import annotations

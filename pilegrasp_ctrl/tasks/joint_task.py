@@ -44,9 +44,9 @@ class JointImpedance:
 class JointTask(LinearTask):
     """The task of joints at target positions.
 
-    With a stiffness in 1/s², the joints accelerate by `stiffness (q* - q) - damping v`, whatever their inertia, and go
-    to a far target at `max_speed`. With a `JointImpedance`, the *torque* of their acceleration is
-    `K (q* - q) - D v`: a push moves them as springs and dampers would, and gravity stays compensated.
+    With a stiffness in 1/s², the joints accelerate by `stiffness (q* - q) - damping v`, whatever their inertia. They go
+    to a far target at `max_speed`. With a `JointImpedance`, the *torque* of their acceleration is `K (q* - q) - D v`. A
+    push then moves them like springs and dampers, and gravity stays compensated.
     """
 
     def __init__(

@@ -17,10 +17,10 @@ class SingularDirections:
     """Reduces a wanted tool acceleration along the directions in which the joints hardly move the tool.
 
     With J = Σ sigma_i u_i v_iᵀ, an acceleration y_i along u_i costs the joints y_i / sigma_i. A constant damping w, the
-    posture's weight, bounds that to y_i / (2 sqrt(w)): fifty times y_i with w = 1e-4. Worse, a target that stays out of
-    reach pulls a bent elbow straight from both sides, as a spring of frequency sqrt(sigma' y / w), beyond any
-    control rate; sigma' is the derivative of sigma by q. In this class the damping grows with the wanted acceleration,
-    and only in directions below `threshold`:
+    posture's weight, bounds that to y_i / (2 sqrt(w)): fifty times y_i with w = 1e-4. Worse, a target out of reach
+    pulls a bent elbow straight like a spring of frequency sqrt(sigma' y / w). This exceeds any control rate; sigma' is
+    the derivative of sigma by q. In this class the damping grows with the wanted acceleration, and only in directions
+    below `threshold`:
 
         lambda_i² = (1 - sigma_i² / threshold²)² max(|y_i| - free, 0) / rate²
         y_i  ->  (1 - s_i) y_i - s_i damping xdot_i,    s_i = lambda_i² / (sigma_i² + w + lambda_i²)

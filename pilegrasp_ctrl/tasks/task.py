@@ -30,8 +30,8 @@ class Task(Protocol):
     A task may offer more. Its methods are called after `rows` in the same control period.
 
     - `regular`, an attribute, is True if its rows leave no motion of the joints free.
-    - `velocity(error_rate)` returns (m,) the values that its rows, with their weights, should have for the joint
-      velocities: the reference's velocity plus `error_rate` [1/s] times the error. The friction feed-forward uses it.
+    - `velocity(error_rate)` returns (m,) the values that its weighted rows should have for the joint velocities. They
+      are the reference's velocity plus `error_rate` [1/s] times the error. The friction feed-forward uses it.
     - `torque(state)` returns (nv,) a torque to add to that of the accelerations [N·m], or None.
     - `check(rate)` raises a `ConfigurationError` if its gains cannot be held at a control rate [Hz]. A controller
       calls it when it is made, and when the attribute `gains` of the task has changed.

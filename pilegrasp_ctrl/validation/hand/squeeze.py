@@ -64,7 +64,7 @@ def thickness(hand: Hand, load: float, finger: str = FINGER) -> float:
 def meeting_slope(thick: float, radius: float) -> float:
     """Return the slope above the horizontal at which a tip on the table touches a lying ball or cylinder [rad].
 
-    A tip of the thickness `thick` [m] lifts what it meets at a steep slope, and jams it against what lies behind at a
-    flat one.
+    At a steep slope, a tip of the thickness `thick` [m] lifts what it meets. At a flat slope it jams it against what
+    lies behind.
     """
     return math.asin((radius - 0.5 * thick) / (radius + 0.5 * thick))

@@ -16,8 +16,8 @@ from .contact_rig import GRAVITY, ContactRig, Spot, tangent
 from .physics_check import PhysicsCheck
 
 SETTLE_TIME, TILT_TIME, SLIP_TIME = 0.5, 1.0, 1.5
-"""Time at rest on the level, of the tilt to `SLIP_MARGIN` below the expected slope, and of the tilt to as much above it
-[s]; chosen."""
+"""Times of the rest on the level, of the tilt to `SLIP_MARGIN` below the expected slope, and of the tilt to as much
+above [s]; chosen."""
 
 SLIP_MARGIN = math.radians(4.0)
 """Range below and above the expected slope in which the tilt is slow [rad]; chosen."""
