@@ -15,7 +15,6 @@ TO_DO = {
     "docs/search.md",
     "docs/sensitivity.md",
     "docs/simulation.md",
-    "docs/tuning.md",
     "robots/hands/parallel_gripper/README.md",
     "robots/hands/plate/README.md",
     "robots/hands/rbo_hand2/README.md",
