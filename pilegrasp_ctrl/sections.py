@@ -194,7 +194,7 @@ class HandModelConfig(Section):
     damping: Factor = Field(default=1.0, description="factor on the damping of bending and sideways motion")
     closing_moment: Factor = Field(default=1.0, description="factor on the moments of inflation, thumb included")
     time_constant: Factor = Field(default=1.0, description="factor on the time constant of inflation")
-    fingertip_radius: float = Field(default=1.0, ge=0.5, le=2.5, description="factor on the radius of the fingertips")
+    fingertip_radius: float = Field(default=1.0, ge=0.4, le=2.5, description="factor on the radius of the fingertips")
     pad_give: Factor = Field(default=1.0, description="factor on the depth by which the soft skin gives way")
     preshape: float = Field(default=1.0, ge=0.0, le=2.5, description="factor on the closure during the push")
     friction: Factor = Field(default=1.0, description="factor on the sliding friction of the hand's skin")

@@ -12,11 +12,11 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from bands import SEEDS, varied
 from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.statistics import markdown_table, wilson
 from pilegrasp_ctrl.study.run import StudyProgress, run_study
 from script import run_script, seed_range
+from sensitivity import SEEDS, varied
 from six_conditions import CONDITIONS, counts
 
 RADII = (3.5, 5.0, 6.0, 7.0, 8.0, 8.75)
@@ -38,7 +38,7 @@ def main(folder: Path, first: int = SEEDS[0], last: int = SEEDS[1], jobs: int = 
     shipped = 1e3 * float(Hand.load("rbo_hand2").parameters["fingers"]["radius_tip"])
     seeds = seed_range(first, last)
     cells = {
-        (name, radius): varied(CONDITIONS[name], "hand_model.fingertip_radius", round(radius / shipped, 4))
+        (name, radius): varied(CONDITIONS[name], {"hand_model.fingertip_radius": round(radius / shipped, 4)})
         for name in NAMES
         for radius in RADII
     }

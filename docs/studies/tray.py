@@ -24,23 +24,46 @@ from pilegrasp_ctrl.study.run import StudyProgress, run_study
 from script import run_script, seed_range
 from six_conditions import counts
 
-WIDTHS = (60, 75, 90, 120)
-"""Outer widths of the tray [mm]; the band is 60 to 120."""
+SHAPE = ("width", "wall_height", "thickness", "length")
+"""Dimensions of the tray, as `[scoop]` of the shovel's robot.toml calls them. The leading edge is as high as every
+plate is thick."""
 
-WALLS = (10, 25, 50)
-"""Heights of its side walls [mm]; the photograph admits a rim as well as walls of a ball's height."""
+TRAY_BANDS = {"width": (60, 120), "wall_height": (10, 50), "thickness": (3, 8), "length": (65, 110)}
+"""Ends of the bands of these dimensions [mm]; the paper's Fig. 5 admits a rim as well as walls of a ball's height."""
 
-LIPS = (3,)
-"""Thicknesses of its plates, so heights of the leading edge [mm]; the band is 3 to 8."""
+SHAPES = (
+    (120, 50, 3, 110),
+    (90, 50, 3, 110),
+    (75, 50, 3, 110),
+    (60, 50, 3, 110),
+    (90, 50, 8, 110),
+    (75, 50, 6, 110),
+    (68, 50, 5, 110),
+    (75, 50, 5, 90),
+    (75, 50, 8, 90),
+    (75, 50, 6, 80),
+    (75, 50, 8, 80),
+    (60, 50, 3, 80),
+    (60, 50, 3, 65),
+)
+"""Trays that are compared [mm]."""
+
+WALL_SHARE = 0.7
+"""Length of the side walls over that of the tray [-]; see the shovel's README."""
 
 
-def tray(folder: Path, width: int, wall: int, lip: int) -> Path:
-    """Write the folder of a shovel with a tray of this shape, and return its path."""
+def tray(folder: Path, **dimensions: float) -> Path:
+    """Write the folder of a shovel whose tray has other `dimensions` [mm], and return its path.
+
+    The side walls and the foot about which it tilts follow the length.
+    """
     made: dict[str, Any] = copy.deepcopy(parameters("shovel"))
-    made["scoop"] |= {"width": width / 1e3, "wall_height": wall / 1e3, "thickness": lip / 1e3}
-    place = folder / f"tray-{width}-{wall}-{lip}"
+    scoop = made["scoop"]
+    scoop |= {name: value / 1e3 for name, value in dimensions.items()}
+    scoop["wall_length"], made["use"]["heel"] = WALL_SHARE * scoop["length"], scoop["length"]
+    place = folder / "-".join(["tray", *(f"{name}-{value:g}" for name, value in dimensions.items())])
     place.mkdir(parents=True, exist_ok=True)
-    (place / "robot.toml").write_text(tomli_w.dumps(made))
+    (place / "robot.toml").write_text(tomli_w.dumps(made), encoding="utf-8")
     return place
 
 
@@ -51,9 +74,9 @@ def main(folder: Path, first: int, last: int, jobs: int = 1) -> None:
         print(f"{progress.done} of {progress.total}", file=sys.stderr)
 
     seeds = seed_range(first, last)
-    conditions: dict[tuple[int, int, int], Condition] = {}
-    for shape in ((width, wall, lip) for width in WIDTHS for wall in WALLS for lip in LIPS):
-        keys = {"hand": f"{tray(folder, *shape)}"}
+    conditions: dict[tuple[int, ...], Condition] = {}
+    for shape in SHAPES:
+        keys = {"hand": f"{tray(folder, **dict(zip(SHAPE, shape, strict=True)))}"}
         conditions[shape] = Condition(load_scenario("spheres_wall", keys), keys)
     attempts = [(condition, seed) for seed in seeds for condition in conditions.values()]
     with run_study(attempts, folder / "study", jobs=jobs, progress=show) as store:
@@ -61,7 +84,7 @@ def main(folder: Path, first: int, last: int, jobs: int = 1) -> None:
             (*(f"{value}" for value in shape), counts(store.attempts([(condition, seed) for seed in seeds])))
             for shape, condition in conditions.items()
         ]
-    print(markdown_table(("width [mm]", "walls [mm]", "lip [mm]", "held +several"), rows))
+    print(markdown_table(("width [mm]", "walls [mm]", "lip [mm]", "length [mm]", "held +several"), rows))
 
 
 if __name__ == "__main__":

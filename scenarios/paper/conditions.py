@@ -6,6 +6,7 @@ from functools import cache
 from typing import Any
 
 from pilegrasp_ctrl.config import load_scenario
+from pilegrasp_ctrl.hand_folder import parameters
 from pilegrasp_ctrl.study.condition import Condition
 
 HAND, SHOVEL = "rbo_hand2", "shovel"
@@ -27,8 +28,8 @@ OBJECT_NAMES = {
 """Object models in the paper's words."""
 LIGHT_MASS, HEAVY_MASS = 0.06, 0.18
 """Mass of a light and of a heavy sphere [kg]; `scenarios/objects`."""
-SHOVEL_WIDTH = 0.12
-"""Width of the shovel [m]; `robots/hands/shovel`."""
+SHOVEL_WIDTH: float = parameters(SHOVEL)["scoop"]["width"]
+"""Width of the shovel [m]."""
 BALL_DIAMETER = 0.054
 """Diameter of the spheres [m]; `scenarios/objects`."""
 FRAME_SIZE = 0.25
