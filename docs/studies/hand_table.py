@@ -18,10 +18,12 @@ from pilegrasp_ctrl.validation.hand.hand_bench import HandBench
 from pilegrasp_ctrl.validation.hand.hand_table import markdown, measurements, recorded_attempt, tip_stiffness
 from pilegrasp_ctrl.validation.hand.sliding import hand_course
 from script import run_script
-from sensitivity import ENCLOSED_AIR
 
 PLAUSIBLE = (5.0, 50.0)
 """Range of the stiffness at a vented finger's tip that is plausible for its rubber [N/m]."""
+
+ENCLOSED_AIR = 1.1
+"""Stiffness from the air enclosed in a finger, over the bending stiffness [-]; derived in the hand's README."""
 
 LOADS = np.array([0.1, 0.25, 0.5, 1.0, 1.5, 2.0])
 """Loads of the fingertip [N]; chosen."""

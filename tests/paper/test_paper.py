@@ -116,7 +116,7 @@ def test_equal_conditions_of_several_figures_are_run_once():
     shared = grasp("light_sphere").config_hash
     assert [part.experiment for part in planned if part.condition.config_hash == shared] == ["fig06"]
     assert spheres(0.18, "corner").config_hash == USUAL_PUSH.config_hash
-    assert sized(0.45).config_hash == grasp("light_sphere", "corner", SHOVEL).config_hash
+    assert sized(0.72).config_hash == grasp("light_sphere", "corner", SHOVEL).config_hash
 
 
 def test_the_largest_number_of_attempts_asked_for_is_run():
