@@ -57,7 +57,7 @@ def load(folder, text):
 
 
 def test_a_healthy_run_is_not_stopped(last_states):
-    data = at_height(ball_on_a_table(), 0.05)
+    data = at_height(ball_on_a_table(), 0.02)
     watchdog = Watchdog("healthy")
     for _ in range(1000):
         mujoco.mj_step(data.model, data)
@@ -67,7 +67,7 @@ def test_a_healthy_run_is_not_stopped(last_states):
 
 
 def test_a_state_that_is_not_finite_stops_the_run_and_leaves_the_last_states(last_states):
-    data = at_height(ball_on_a_table(), 0.05)
+    data = at_height(ball_on_a_table(), 0.02)
     watchdog = Watchdog("abc-7")
     for _ in range(3000):
         mujoco.mj_step(data.model, data)
@@ -86,7 +86,7 @@ def test_a_state_that_is_not_finite_stops_the_run_and_leaves_the_last_states(las
 
 
 def test_a_torque_that_is_not_finite_stops_the_run(last_states):
-    data = at_height(ball_on_a_table(), 0.05)
+    data = at_height(ball_on_a_table(), 0.02)
     data.ctrl[0] = np.inf
     stop(Watchdog("torque"), data, match="not finite")
 
