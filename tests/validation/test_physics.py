@@ -10,7 +10,7 @@ import pytest
 from pilegrasp_ctrl.cli import main
 from pilegrasp_ctrl.sim.hand import Hand
 from pilegrasp_ctrl.sim.objects import OBJECT_MODELS
-from pilegrasp_ctrl.validation.physics import suite
+from pilegrasp_ctrl.validation.physics import restitution, suite
 from pilegrasp_ctrl.validation.physics.contact_rig import ContactRig, bouncing
 from pilegrasp_ctrl.validation.physics.energy import bounce_gain, fall_drift, gain
 from pilegrasp_ctrl.validation.physics.friction import roll, slip
@@ -179,3 +179,13 @@ def test_the_simulated_arm_is_as_heavy_as_asked_for():
     # The arm of seed 0 is drawn as well, so its links are not those of the model.
     assert added_gravity(1.1) == pytest.approx(0.1, rel=0.03)
     assert added_gravity(1.0) == 0.0
+
+
+def test_an_object_as_wide_as_the_tray_falls_onto_its_floor():
+    rig = ContactRig.build(OBJECT_MODELS["apple"], Hand.load("shovel"))
+    assert rebound(rig, rig.spots["shovel floor"], 0.1) == pytest.approx(0.8, abs=0.06)
+
+
+def test_an_object_that_never_arrives_has_no_restitution(rig, monkeypatch):
+    monkeypatch.setattr(restitution, "MAX_FALL_TIME", 0.01)
+    assert math.isnan(rebound(rig, rig.spots["table"], 0.1))

@@ -77,6 +77,9 @@ class ContactRig:
         object_model = replace(object_model, net=None)
         layout = make_layout(SupportConfig(), PileConfig(count=2), object_model.diameter)
         add_surroundings(spec, hand, object_model, 2, layout, rule)
+        # Side walls would catch a wide object before it comes to the floor between them.
+        for pair in [pair for pair in spec.pairs if {pair.geomname1, pair.geomname2} & _not_met(hand)]:
+            spec.delete(pair)
         spec.delete(spec.body("object_0").joints[0])
         spec.body("object_0").pos = FIXED_OBJECT
         # A sleeping body would not notice that gravity turns.
@@ -139,6 +142,11 @@ def bouncing_hand(hand: Hand, restitution: float) -> Hand:
     """Return the hand with another restitution."""
     surface = {**hand.parameters["surface"], "restitution": restitution}
     return replace(hand, parameters={**hand.parameters, "surface": surface})
+
+
+def _not_met(hand: Hand) -> set[str]:
+    """Return the geoms of a hand on which no spot lies."""
+    return set(hand.contact_geoms) - {"scoop_floor", "scoop_back", "palm_pad", "middle_3"}
 
 
 def _shovel_spots(hand: Hand) -> dict[str, Spot]:

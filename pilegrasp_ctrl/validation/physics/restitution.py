@@ -35,6 +35,9 @@ SHOVEL = ("shovel floor", "shovel back")
 SWEPT = (("table", "shovel"), ("wall", "shovel"), ("shovel floor", "shovel"), ("palm", "rbo_hand2"))
 """Spot and hand of every sweep over restitutions."""
 
+MAX_FALL_TIME = 1.0
+"""Time after which an object does not reach the surface any more [s]; chosen above a fall of 0.5 m, 0.32 s."""
+
 MAX_CONTACT_TIME = 0.1
 """Time after which an object that has not left the surface counts as at rest [s]; chosen."""
 
@@ -64,13 +67,16 @@ class Drops:
 def rebound(rig: ContactRig, spot: Spot, height: float, axis: int = 2) -> float:
     """Drop the object and return the speed at which it leaves the surface over the speed at which it came.
 
-    Both speeds are taken outside the contact and carried to the surface by conservation of energy.
+    Both speeds are taken outside the contact and carried to the surface by conservation of energy. An object that is
+    caught on its way gives NaN.
     """
     data = rig.place(spot, height, axis)
     position, velocity = data.qpos[:3], data.qvel[:3]
     surface = position.dot(spot.normal) - height
     impact_speed = 0.0
     while (gap := position.dot(spot.normal) - surface) > 0.0:
+        if data.time > MAX_FALL_TIME:
+            return math.nan
         impact_speed = math.sqrt(velocity.dot(spot.normal) ** 2 + 2.0 * GRAVITY * gap)
         mujoco.mj_step(rig.model, data)
     deadline = data.time + MAX_CONTACT_TIME
