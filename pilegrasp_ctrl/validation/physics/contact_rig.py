@@ -45,6 +45,10 @@ class Spot:
     normal: Array
 
 
+SIDE_WALLS = {"scoop_left", "scoop_right"}
+"""Parts of a hand without contacts: they would catch a wide object before it comes to the floor between them."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactRig:
     """A scene with one moving object, made by the functions that make an attempt's scene.
@@ -77,8 +81,7 @@ class ContactRig:
         object_model = replace(object_model, net=None)
         layout = make_layout(SupportConfig(), PileConfig(count=2), object_model.diameter)
         add_surroundings(spec, hand, object_model, 2, layout, rule)
-        # Side walls would catch a wide object before it comes to the floor between them.
-        for pair in [pair for pair in spec.pairs if {pair.geomname1, pair.geomname2} & _not_met(hand)]:
+        for pair in [pair for pair in spec.pairs if {pair.geomname1, pair.geomname2} & SIDE_WALLS]:
             spec.delete(pair)
         spec.delete(spec.body("object_0").joints[0])
         spec.body("object_0").pos = FIXED_OBJECT
@@ -142,11 +145,6 @@ def bouncing_hand(hand: Hand, restitution: float) -> Hand:
     """Return the hand with another restitution."""
     surface = {**hand.parameters["surface"], "restitution": restitution}
     return replace(hand, parameters={**hand.parameters, "surface": surface})
-
-
-def _not_met(hand: Hand) -> set[str]:
-    """Return the geoms of a hand on which no spot lies."""
-    return set(hand.contact_geoms) - {"scoop_floor", "scoop_back", "palm_pad", "middle_3"}
 
 
 def _shovel_spots(hand: Hand) -> dict[str, Spot]:
