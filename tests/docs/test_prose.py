@@ -8,9 +8,9 @@ from prose import measure, pages, sentences
 TO_DO = {
     "README.md",
     "docs/bin-picking.md",
-    "docs/physics.md",
     "docs/results/README.md",
     "docs/search.md",
+    "docs/sensitivity.md",
     "robots/hands/parallel_gripper/README.md",
     "robots/hands/plate/README.md",
     "robots/hands/rbo_hand2/README.md",
