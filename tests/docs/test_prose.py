@@ -11,10 +11,6 @@ TO_DO = {
     "docs/results/README.md",
     "docs/search.md",
     "docs/sensitivity.md",
-    "robots/hands/parallel_gripper/README.md",
-    "robots/hands/plate/README.md",
-    "robots/hands/rbo_hand2/README.md",
-    "robots/hands/shovel/README.md",
 }
 """Pages that break a rule; the set may only shrink."""
 
