@@ -7,7 +7,7 @@ INPUTS ?= 250
 BIN := .venv/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help run test check lint types scripts format table hands figures licences screenshots fuzz matrix doctor ci clean
+.PHONY: help run test check lint types scripts format site schema table hands figures gallery licences screenshots fuzz matrix doctor ci clean
 
 help:  ## Show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -34,9 +34,10 @@ test: .venv/development  ## Run every test
 check: lint types  ## Check style and types, and run the tests that are not slow
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m "not slow"
 
-lint: .venv/development  ## Check style and formatting
+lint: .venv/development  ## Check style, formatting and spelling
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/codespell
 
 types: .venv/development scripts  ## Check the types
 	$(BIN)/mypy
@@ -49,6 +50,10 @@ scripts:  ## Check the types of the pages' scripts, if tsc is installed (on Debi
 format: .venv/development  ## Repair style and formatting where that is safe
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+site: .venv/development  ## Build the documentation as a site with a search: open build/site/index.html
+	NO_MKDOCS_2_WARNING=true $(BIN)/mkdocs build --quiet --strict -f docs/site/mkdocs.yml
+	$(BIN)/python docs/site/check.py build/site
 
 table: .venv/development  ## Print the table of scenario keys for docs/scenarios.md
 	@$(BIN)/python tests/helpers/scenario_table.py

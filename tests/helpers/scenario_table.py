@@ -9,8 +9,13 @@ from pilegrasp_ctrl.statistics import markdown_table
 def table() -> str:
     """Return the keys of a scenario as a Markdown table, from the declarations alone."""
     schema = Scenario.model_json_schema()
-    rows = [_row(key, _property(schema, key)) for key in dotted_keys()]
+    rows = [key_row(schema, key) for key in dotted_keys()]
     return markdown_table(("key", "meaning", "unit", "default", "allowed"), rows)
+
+
+def key_row(schema: dict[str, Any], key: str) -> list[str]:
+    """Return key, meaning, unit, default and allowed values of a key as Markdown."""
+    return _row(key, _property(schema, key))
 
 
 def _property(schema: dict[str, Any], key: str) -> dict[str, Any]:
