@@ -58,6 +58,9 @@ site: .venv/development  ## Build the documentation as a site with a search: ope
 table: .venv/development  ## Print the table of scenario keys for docs/scenarios.md
 	@$(BIN)/python tests/helpers/scenario_table.py
 
+schema: .venv/development  ## Write the JSON schema of scenario files
+	$(BIN)/pilegrasp show --schema > build.schema.json && mv build.schema.json scenarios/scenario.schema.json
+
 hands: .venv/development  ## Write the hands' MJCF and README values from their robot.toml
 	$(BIN)/python tests/helpers/hand_files.py
 

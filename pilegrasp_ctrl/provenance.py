@@ -95,7 +95,7 @@ ROOMS: tuple[tuple[str, ...], ...] = (
     ("sim",),
     ("recorder", "episode", "programs"),
     ("viewer",),
-    ("study", "tuning", "search", "validation"),
+    ("study", "tuning", "search", "validation", "learning"),
     ("cli", "scripts", "__init__", "__main__"),
 )
 """Rooms and files of the package, lowest first: a room imports from its own row and from the rows above it. `scenarios`

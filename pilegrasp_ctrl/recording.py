@@ -169,6 +169,24 @@ class Recording:
 
         return frame(self)
 
+    def to_dataframe(self) -> Any:
+        """Return the signals as a `pandas.DataFrame`: a row for each sample, the index is the time [s].
+
+        A signal of several columns is named by their numbers, such as `q[0]`. pandas must be installed.
+
+        Raises:
+            RecordingError: pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise RecordingError("to_dataframe needs pandas; install it with `pip install pilegrasp[pandas]`") from None
+        columns: dict[str, NDArray[np.float32]] = {}
+        for name, values in sorted(self.signals.items()):
+            flat = {name: values} if values.ndim == 1 else {f"{name}[{k}]": part for k, part in enumerate(values.T)}
+            columns |= flat
+        return pandas.DataFrame(columns, index=pandas.Index(self.signal_time, name="time"))
+
     def to_bytes(self) -> bytes:
         """Return the content of the recording's file, a compressed `.npz`; equal recordings give equal bytes.
 

@@ -13,6 +13,9 @@ from pilegrasp_ctrl.files import MAX_MESH_SIZE, MAX_TOML_SIZE, read_file, read_t
 PIECES_SUFFIX = ".pieces.obj"
 """End of the name of a file that stores the convex pieces of a mesh, after the name of the mesh."""
 
+MESHES = (".stl", ".obj")
+"""Suffixes of meshes, which an object's file names."""
+
 _OPTED_OUT = re.compile(rb"^[ \t]*hull[ \t]*=[ \t]*true[ \t]*(#[^\n]*)?\r?(\n|\Z)", re.MULTILINE)
 
 FOLDER = Path(__file__).resolve().parent
@@ -56,8 +59,22 @@ def is_file(name: str) -> bool:
 
 
 def object_parts(text: str) -> list[str]:
-    """Split `pile.object` at each + into names and files; the path of a file that exists may contain a +."""
-    return [text] if is_file(text) and os.path.isfile(text) else text.split("+")
+    """Split `pile.object` at each + into names and files; the path of a file that exists may contain a +.
+
+    Raises:
+        ConfigurationError: A part is a mesh; the error says what to write.
+    """
+    parts = [text] if is_file(text) and os.path.isfile(text) else text.split("+")
+    for part in parts:
+        if part.lower().endswith(MESHES):
+            name = Path(part).name
+            lines = ('shape = "mesh"', f'file = "{name}"', 'unit = "mm"', "mass = 0.1", "friction.lateral = 0.3")
+            raise ConfigurationError(
+                f"pile.object = {part!r} is a mesh, which says neither unit nor mass; write {Path(part).stem}.toml "
+                f"beside it with the five lines {', '.join(f'`{line}`' for line in lines)}, then "
+                f"--set pile.object={Path(part).with_suffix('.toml')}; mass is in kg"
+            )
+    return parts
 
 
 def find(name: str | Path) -> Path:

@@ -27,7 +27,7 @@ for some, engines in (
     ("arm tasks limits qp control plant trajectories primitives", CONTROL),
     ("sim", {"mujoco", "mink"}),
     ("viewer", {"meshcat"}),
-    ("study tuning search validation cli scripts __init__ __main__", ENGINES),
+    ("study tuning search validation learning cli scripts __init__ __main__", ENGINES),
 ):
     ENGINES_OF.update(dict.fromkeys(some.split(), engines))
 

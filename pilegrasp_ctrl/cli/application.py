@@ -1,28 +1,37 @@
-"""The parts that every verb shares: the program, common options, the console for results, and progress bars."""
+"""The parts that every verb shares: the program, common options, examples, and the console for results."""
 
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import Progress, ProgressColumn
 
 from ..exceptions import PilegraspError
 from ..provenance import VERSION
+from .completion import complete_scenario, complete_setting
 
 # Without a metavar the help shows flags as `--json <bool>`, as if they took a value.
 JsonOption = Annotated[bool, typer.Option("--json", metavar="", help="Print one JSON document and nothing else.")]
 DebugOption = Annotated[bool, typer.Option("--debug", metavar="", help="Show the traceback of an error.")]
 ScenarioArgument = Annotated[
-    str, typer.Argument(metavar="NAME|FILE.toml", help="A scenario that `pilegrasp list` shows, or your own file.")
+    str,
+    typer.Argument(
+        metavar="NAME|FILE.toml",
+        help="A scenario that `pilegrasp list` shows, or your own file.",
+        autocompletion=complete_scenario,
+    ),
 ]
 SettingsOption = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change a key, as in pile.count=5; may be repeated."),
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a key, as in pile.count=5; may be repeated.",
+        autocompletion=complete_setting,
+    ),
 ]
 PluginsOption = Annotated[
     list[Path] | None,
@@ -36,12 +45,22 @@ MIN_WIDTH = 60
 FILE_WIDTH = 1000
 """Width of a table that goes to a file or a program [characters] (chosen): no line is wrapped."""
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="markdown")
+app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode="markdown")
+
+
+def with_examples(text: str, *commands: str) -> str:
+    """Return the end of a help text: a remark, and commands to copy."""
+    return "\n\n".join([*([text] if text else []), "Examples:", *(f"- `{command}`" for command in commands)])
 
 
 @app.callback(
     invoke_without_command=True,
-    epilog="To begin: `pilegrasp run spheres_wall --html grasp.html`, then open grasp.html in a browser.",
+    epilog=with_examples(
+        "`PILEGRASP_LOG=info` in the environment shows what the library notes while it works.",
+        "pilegrasp run spheres_wall --html grasp.html",
+        "pilegrasp list",
+        "pilegrasp doctor",
+    ),
 )
 def pilegrasp(
     context: typer.Context,
@@ -59,11 +78,6 @@ def make_console() -> Console:
     """Return a console that cuts no column, and wraps no line for a file or a program that reads it."""
     console = Console()
     return Console(width=max(console.width, MIN_WIDTH) if console.is_terminal else FILE_WIDTH)
-
-
-def make_progress(*columns: ProgressColumn) -> Progress:
-    """Return progress bars on standard error, which vanish at the end; outside a terminal they show nothing."""
-    return Progress(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty())
 
 
 def printable(text: str) -> str:

@@ -15,14 +15,23 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ..files import check_output, write_output
-from .application import DebugOption, JsonOption, app, make_console, print_json
+from .application import DebugOption, JsonOption, app, make_console, print_json, with_examples
+from .progress import make_progress
 
 if TYPE_CHECKING:
     from ..validation.bench.judgement import Change
     from ..validation.bench.result import BenchResult, Row
 
 
-@app.command("bench", epilog="Ratios within one run can be trusted; microseconds depend on the machine and its load.")
+@app.command(
+    "bench",
+    epilog=with_examples(
+        "Ratios within one run can be trusted; microseconds depend on the machine and its load.",
+        "pilegrasp bench --quick",
+        "pilegrasp bench --save before.json",
+        "pilegrasp bench --compare before.json",
+    ),
+)
 def bench(
     quick: Annotated[
         bool, typer.Option("--quick", metavar="", help="Few samples: a quick look, not a result.")
@@ -64,10 +73,7 @@ def bench(
 
 @contextmanager
 def _progress() -> Iterator[Callable[[float, str], None]]:
-    """Show the finished share on standard error; nothing outside a terminal."""
-    if not sys.stderr.isatty():
-        yield lambda fraction, what: None
-        return
+    """Show the finished share on standard error."""
     columns = (
         BarColumn(),
         TextColumn("{task.percentage:3.0f} %"),
@@ -75,7 +81,8 @@ def _progress() -> Iterator[Callable[[float, str], None]]:
         TextColumn("{task.description}"),
     )
     # This thread alone draws the bar; another thread would disturb the measurement.
-    with Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False) as bar:
+    shown = Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False)
+    with shown if sys.stderr.isatty() else make_progress(*columns) as bar:
         line = bar.add_task("", total=1.0)
         yield lambda fraction, what: bar.update(line, completed=fraction, description=escape(what), refresh=True)
 

@@ -12,7 +12,7 @@ from rich.table import Table
 from ..exceptions import ConfigurationError, PilegraspError
 from ..files import check_output
 from ..plugins import use_plugins
-from .application import DebugOption, JsonOption, PluginsOption, app, make_console, print_json
+from .application import DebugOption, JsonOption, PluginsOption, app, make_console, print_json, with_examples
 
 if TYPE_CHECKING:
     from ..validation.check.registry import Finding
@@ -39,8 +39,12 @@ class BareWrite(typer.core.TyperCommand):
 @app.command(
     "check",
     cls=BareWrite,
-    epilog="To take an arm of your own: `pilegrasp check arm.urdf --tool-frame flange --joints 7 --write arm`, then "
-    '`robot = "./arm"` in a scenario.',
+    epilog=with_examples(
+        'A folder that was made is an arm of a scenario: `robot = "./arm"`.',
+        "pilegrasp check spheres_wall --picture poses.png",
+        "pilegrasp check bracket.toml --write",
+        "pilegrasp check arm.urdf --tool-frame flange --joints 7 --write arm",
+    ),
 )
 def check(
     name: Annotated[

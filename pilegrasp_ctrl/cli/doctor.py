@@ -11,14 +11,15 @@ from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ..exceptions import PilegraspError
-from .application import DebugOption, JsonOption, app, make_console, make_progress, print_json
+from .application import DebugOption, JsonOption, app, make_console, print_json, with_examples
+from .progress import make_progress
 
 if TYPE_CHECKING:
     from ..validation.installation import Check
     from ..validation.physics.physics_check import PhysicsCheck
 
 
-@app.command("doctor")
+@app.command("doctor", epilog=with_examples("", "pilegrasp doctor", "pilegrasp doctor --physics"))
 def doctor(
     physics: Annotated[
         bool,
@@ -40,7 +41,7 @@ def doctor(
 
 
 def _measure() -> list[PhysicsCheck]:
-    """Run the checks of the physics, with a progress bar on a terminal."""
+    """Run the checks of the physics and show how far they are."""
     from ..validation.physics.suite import physics_checks
 
     columns = (BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))

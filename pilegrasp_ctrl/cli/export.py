@@ -13,7 +13,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 
 from ..exceptions import ExportError
 from ..files import VIEWS, check_output
-from .application import DebugOption, JsonOption, app, make_progress, print_json
+from .application import DebugOption, JsonOption, app, print_json, with_examples
+from .progress import make_progress
 
 EmbedOption = Annotated[
     bool, typer.Option("--embed-recording", metavar="", help="Put the recording into the page, for its reader to save.")
@@ -26,9 +27,14 @@ MOVIES = (".gif", ".mp4")
 
 @app.command(
     "export",
-    epilog="Pictures and movies are drawn by Chromium, an .mp4 is encoded by ffmpeg; a page needs neither. "
-    "F.csv holds the signals, F.rrd is for Rerun, F.mcap for Foxglove; the last two need pilegrasp[export]. "
-    "The folder of a study becomes a table: F.csv, or F.parquet, which needs pyarrow.",
+    epilog=with_examples(
+        "Pictures and movies are drawn by Chromium, an .mp4 is encoded by ffmpeg; a page needs neither. "
+        "F.csv holds the signals, F.rrd is for Rerun, F.mcap for Foxglove; the last two need pilegrasp[export]. "
+        "The folder of a study becomes a table: F.csv, or F.parquet, which needs pyarrow.",
+        "pilegrasp export grasp.npz grasp.html",
+        "pilegrasp export grasp.npz slow.gif --speed 0.5",
+        "pilegrasp export study table.csv",
+    ),
 )
 def export_recording(
     recordings: Annotated[
@@ -41,8 +47,9 @@ def export_recording(
     output: Annotated[
         Path,
         typer.Argument(
-            metavar="F.html|F.png|F.gif|F.mp4|F.csv|F.rrd|F.mcap|F.parquet",
-            help="The page, contact sheet, movie, table or log to write; the name says which.",
+            metavar="F.html|F.png|...",
+            help="The file to write. Its name says what: a page (.html), contact sheet (.png), movie (.gif, .mp4), "
+            "table (.csv, .parquet) or log (.rrd, .mcap).",
         ),
     ],
     speed: Annotated[
@@ -112,7 +119,7 @@ def _export_study(folder: Path, output: Path, as_json: bool) -> None:
 
 @contextmanager
 def drawing_progress(path: Path) -> Iterator[Callable[[int, int], None]]:
-    """Show on standard error how many pictures are drawn; nothing outside a terminal."""
+    """Show on standard error how many pictures are drawn."""
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with make_progress(*columns) as bar:
         line = bar.add_task(f"drawing {path.name}", total=None)

@@ -9,10 +9,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..exceptions import ConfigurationError
-from .application import DebugOption, JsonOption, app, make_console, print_json
+from .application import DebugOption, JsonOption, app, make_console, print_json, with_examples
 
 
-@app.command("list")
+@app.command("list", epilog=with_examples("", "pilegrasp list --tag paper"))
 def list_scenarios(
     tag: Annotated[str | None, typer.Option(metavar="TAG", help="Only the scenarios with this tag.")] = None,
     as_json: JsonOption = False,
@@ -31,7 +31,9 @@ def list_scenarios(
         print_json([{"name": row.name, "tags": list(row.tags), "summary": row.summary} for row in rows])
         return
     table = Table(box=None, pad_edge=False)
-    for column in ("scenario", "tags", "summary"):
+    # A narrow terminal breaks the summaries; a name stays whole, to be copied.
+    table.add_column("scenario", no_wrap=True, overflow="ignore")
+    for column in ("tags", "summary"):
         table.add_column(column)
     for row in rows:
         table.add_row(escape(row.name), escape(" ".join(row.tags)), escape(row.summary))

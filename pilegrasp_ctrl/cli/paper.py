@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,7 +16,8 @@ from rich.table import Table
 
 from ..plugins import use_plugins
 from ..study import FIRST_FRESH_SEED, FIRST_JUDGING_SEED, MAX_SEED
-from .application import DebugOption, JsonOption, PluginsOption, app, make_console, make_progress, print_json
+from .application import DebugOption, JsonOption, PluginsOption, app, make_console, print_json, with_examples
+from .progress import make_progress
 from .study_options import (
     JobsOption,
     SchedulerOption,
@@ -37,17 +38,21 @@ COLOURS = {"holds": "green", "fails": "red", "undecided": "yellow", "calibrated"
 
 @app.command(
     "paper",
-    epilog="Run it again with the same folder, and it runs only the missing attempts; more experiments or attempts are "
-    "added. An interrupt loses no finished attempt.",
+    epilog=with_examples(
+        "Run it again with the same folder, and it runs only the missing attempts; more experiments or attempts are "
+        "added. An interrupt loses no finished attempt.",
+        "pilegrasp paper fig08 --attempts 10 --out results",
+        "pilegrasp paper all --dry-run --out results",
+    ),
 )
 def paper(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; made if it is missing.")],
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[fig06..fig11|velocity_force|motion_pattern|table1|few_balls|flat_plate|loose_pile|brittle_axes|"
-            "noisy_sensor|all]...",
-            help="Which experiments; all by default.",
+            metavar="[NAME]...",
+            help="Which experiments: fig06 to fig11, velocity_force, motion_pattern, table1, few_balls, flat_plate, "
+            "loose_pile, brittle_axes, noisy_sensor, or all, which is the default.",
         ),
     ] = None,
     attempts: Annotated[
@@ -135,7 +140,7 @@ def paper(
     if as_json:
         print_json(document)
     else:
-        _print_claims(document, out)
+        _print_claims(document, out, [] if every else list(named))
 
 
 def _remaining(planned: list[PlannedCondition], first_seed: int, out: Path) -> Remaining:
@@ -200,27 +205,37 @@ def _command(names: list[str] | None, attempts: int | None, first_seed: int, set
 
 @contextmanager
 def _pages() -> Iterator[Callable[[int, int], None]]:
-    """Show how many typical attempts have been recorded; nothing outside a terminal."""
+    """Show how many typical attempts have been recorded."""
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), MofNCompleteColumn())
     with make_progress(*columns) as bar:
         line = bar.add_task("recordings", total=None)
         yield lambda done, total: bar.update(line, completed=done, total=total)
 
 
-def _print_claims(document: Mapping[str, Any], out: Path) -> None:
+def _print_claims(document: Mapping[str, Any], out: Path, named: Sequence[str]) -> None:
+    """Print the ledger; of some experiments, their figures and the claims that have attempts."""
+    rows = [row for row in (*document["claims"], *document["nulls"]) if not named or _has_attempts(row)]
     table = Table(box=None, pad_edge=False)
     for column in ("", "verdict", "repeats", "claim"):
         table.add_column(column)
-    for row in (*document["claims"], *document["nulls"]):
+    for row in rows:
         verdict = row["verdict"] or "no verdict"
         repeats = "" if row["repeats"] is None else f"{100.0 * row['repeats']:.0f} %"
         colour = COLOURS.get(verdict, "default")
         table.add_row(row["id"], f"[{colour}]{verdict}[/]", repeats, escape(row["claim"]))
     console = make_console()
     console.print(table)
+    for row in rows if named else ():
+        for part in row["parts"]:
+            console.print(f"{row['id']}: {escape(part['statement'])}", highlight=False, soft_wrap=True)
     if document["missing"]:
         console.print(
             f"no verdict before the last attempt of `all`: {document['missing']} are missing", highlight=False
         )
-    for name in ("claims.json", "index.html"):
+    figures = [name for each in named for name in document["figures"].get(each, ())]
+    for name in (*figures, "claims.json", "index.html"):
         console.print(f"wrote {escape(str(out / name))}", highlight=False, soft_wrap=True)
+
+
+def _has_attempts(row: Mapping[str, Any]) -> bool:
+    return any(counts["n"] for counts in row["conditions"].values())

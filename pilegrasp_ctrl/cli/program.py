@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 import traceback
 from collections.abc import Sequence
 from typing import TextIO, TypeGuard
 
-from ..exceptions import PilegraspError, shortened
+from ..exceptions import ConfigurationError, PilegraspError, shortened
 from . import (  # noqa: F401  (importing registers the verbs)
     READER_LEFT,
     bench,
@@ -29,6 +30,15 @@ from .interrupts import INTERRUPTED, Interrupts
 
 __all__ = ["app", "run_program"]
 
+COMPLETION = "_PILEGRASP_COMPLETE"
+"""Variable of the environment by which a shell asks for completions."""
+
+LOG = "PILEGRASP_LOG"
+"""Variable of the environment with the level from which notes of the library are shown, such as `info`."""
+
+LOGGER = "pilegrasp_ctrl"
+"""Name of the library's logger."""
+
 
 def run_program(arguments: Sequence[str] | None, interrupts: Interrupts | None) -> int:
     """Run the command line and return its exit status; see `main`."""
@@ -42,12 +52,19 @@ def run_program(arguments: Sequence[str] | None, interrupts: Interrupts | None) 
             raise PilegraspError("standard output is closed, so a result would go nowhere; redirect it to /dev/null")
         for stream in (sys.stdout, sys.stderr):
             _accept_every_name(stream)
+        _show_notes(os.environ.get(LOG))
         status = app(args=arguments, prog_name="pilegrasp", standalone_mode=False)
         sys.stdout.flush()
         return int(status or 0)
     except KeyboardInterrupt:
         return INTERRUPTED
-    except (BrokenPipeError, SystemExit):
+    except SystemExit as end:
+        if COMPLETION in os.environ or not end.code:
+            # The shell has asked what the tab key should offer, or completion was installed.
+            return int(end.code or 0)
+        _discard(sys.stdout)
+        return READER_LEFT
+    except BrokenPipeError:
         # The reader has closed the stream; rich turns that into SystemExit. Without `_discard` the interpreter reports
         # the error again when it closes the stream.
         _discard(sys.stdout)
@@ -63,6 +80,24 @@ def run_program(arguments: Sequence[str] | None, interrupts: Interrupts | None) 
         if _is_of_a_print(error):
             _discard(sys.stdout)
         return 2
+
+
+def _show_notes(level: str | None) -> None:
+    """Print the notes of the library on standard error, from a level on.
+
+    Raises:
+        ConfigurationError: There is no such level.
+    """
+    if not level:
+        return
+    levels = ("debug", "info", "warning", "error")
+    if level.lower() not in levels:
+        raise ConfigurationError(f"{LOG}={level!r:.80} is not allowed: it must be {', '.join(levels)}")
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("%(asctime)s %(name)s %(levelname)s: %(message)s", "%H:%M:%S"))
+    logger = logging.getLogger(LOGGER)
+    logger.handlers, logger.propagate = [handler], False
+    logger.setLevel(level.upper())
 
 
 def _accept_every_name(stream: TextIO) -> None:

@@ -8,14 +8,18 @@ from typing import Annotated
 import typer
 
 from ..plugins import use_plugins
-from .application import DebugOption, JsonOption, PluginsOption, app, print_json
+from .application import DebugOption, JsonOption, PluginsOption, app, print_json, with_examples
 from .export import drawing_progress
 
 
 @app.command(
     "report",
-    epilog="Pages of recordings lie beside them in DIR/recordings; one that this command did not write is made anew. "
-    "Thumbnails are drawn by Chromium; without one the page has links instead.",
+    epilog=with_examples(
+        "Pages of recordings lie beside them in DIR/recordings; one that this command did not write is made anew. "
+        "Thumbnails are drawn by Chromium; without one the page has links instead.",
+        "pilegrasp report study",
+        "pilegrasp report study --recordings 1 --shared",
+    ),
 )
 def report_study(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a study, as `pilegrasp sweep` made it.")],

@@ -26,10 +26,11 @@ from .application import (
     SettingsOption,
     app,
     make_console,
-    make_progress,
     print_json,
+    with_examples,
 )
 from .export import EmbedOption, drawing_progress
+from .progress import make_progress
 
 if TYPE_CHECKING:
     from ..config import Scenario
@@ -39,8 +40,13 @@ if TYPE_CHECKING:
 
 @app.command(
     "run",
-    epilog="An attempt that grasps nothing is a result, not an error: the exit status is 0. "
-    "An error about an unknown key lists the known ones.",
+    epilog=with_examples(
+        "An attempt that grasps nothing is a result, not an error: the exit status is 0. "
+        "An error about an unknown key lists the known ones.",
+        "pilegrasp run spheres_wall --seed 0 --html grasp.html",
+        "pilegrasp run spheres_wall --set pile.count=5 --set strategy.grasp_force=12",
+        "pilegrasp run mine.toml --record grasp.npz --json",
+    ),
 )
 def run_scenario(
     scenario: ScenarioArgument,
@@ -135,7 +141,7 @@ def _live_view(scenario: Scenario, seed: int) -> Iterator[LiveView]:
 
 @contextmanager
 def _progress(name: str) -> Iterator[Callable[[float, str], None]]:
-    """Show the simulated time and the primitive while an attempt runs; nothing outside a terminal."""
+    """Show the simulated time and the primitive while an attempt runs."""
     with make_progress(SpinnerColumn(), TextColumn("{task.description}")) as bar:
         line = bar.add_task(escape(f"{name}: preparing"))
         yield lambda time, primitive: bar.update(line, description=escape(f"{name}: {time:.1f} s, {primitive}"))

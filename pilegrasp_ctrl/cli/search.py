@@ -25,9 +25,10 @@ from .application import (
     SettingsOption,
     app,
     make_console,
-    make_progress,
     print_json,
+    with_examples,
 )
+from .progress import make_progress
 from .study_options import (
     JobsOption,
     SchedulerOption,
@@ -52,8 +53,11 @@ class Aim(StrEnum):
 
 @app.command(
     "search",
-    epilog="Run it again with the same options, and it goes on where it was. A larger budget continues a search. "
-    "An interrupt loses no finished attempt.",
+    epilog=with_examples(
+        "Run it again with the same options, and it goes on where it was. A larger budget continues a search. "
+        "An interrupt loses no finished attempt.",
+        "pilegrasp search cylinders_wall --over strategy.alpha_deg=-60:60 --over strategy.grasp_force=8:40 --out found",
+    ),
 )
 def search(
     scenario: ScenarioArgument,
@@ -137,7 +141,7 @@ def search(
 
 @contextmanager
 def _progress(name: str) -> Iterator[Callable[[str, int, int], None]]:
-    """Show what happens and the finished attempts; nothing outside a terminal."""
+    """Show what happens and the finished attempts."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),

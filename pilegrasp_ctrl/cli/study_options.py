@@ -15,7 +15,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from ..exceptions import ConfigurationError
 from ..settings import parse_values
 from ..study import MAX_JOBS, MAX_SEED, check_count
-from .application import make_progress
+from .progress import make_progress
 
 if TYPE_CHECKING:
     from ..study.run import StudyProgress
@@ -118,7 +118,7 @@ def parse_vary(texts: Iterable[str]) -> dict[str, list[Any]]:
 
 @contextmanager
 def study_progress(name: str) -> Iterator[Callable[[StudyProgress], None]]:
-    """Show the attempts that are done, their rate, the time left and the success so far; nothing outside a terminal."""
+    """Show the attempts that are done, their rate, the time left and the success so far."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),

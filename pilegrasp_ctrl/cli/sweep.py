@@ -13,7 +13,16 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..plugins import use_plugins
-from .application import DebugOption, JsonOption, PluginsOption, ScenarioArgument, app, make_console, print_json
+from .application import (
+    DebugOption,
+    JsonOption,
+    PluginsOption,
+    ScenarioArgument,
+    app,
+    make_console,
+    print_json,
+    with_examples,
+)
 from .study_options import (
     JobsOption,
     SchedulerOption,
@@ -46,8 +55,12 @@ class Recorded(StrEnum):
 
 @app.command(
     "sweep",
-    epilog="Run it again with the same options, and it runs only the missing attempts; more seeds or values are added. "
-    "An interrupt loses no finished attempt. `pilegrasp export DIR table.csv` writes them as a table.",
+    epilog=with_examples(
+        "Run it again with the same options, and it runs only the missing attempts; more seeds or values are added. "
+        "An interrupt loses no finished attempt. `pilegrasp export DIR table.csv` writes them as a table.",
+        "pilegrasp sweep spheres_wall --vary pile.count=5,18 --vary hand=rbo_hand2,shovel --seeds 0:50 --out counts",
+        "pilegrasp sweep mine.toml --seeds 0:50 --record failures --out counts",
+    ),
 )
 def sweep(
     scenario: ScenarioArgument,

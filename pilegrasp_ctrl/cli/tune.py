@@ -27,9 +27,10 @@ from .application import (
     SettingsOption,
     app,
     make_console,
-    make_progress,
     print_json,
+    with_examples,
 )
+from .progress import make_progress
 from .study_options import parse_seeds
 
 MAX_SEEDS = 1000
@@ -45,7 +46,11 @@ class Controller(StrEnum):
 
 @app.command(
     "tune",
-    epilog="Run it again with the same options, and it runs only the missing trials. An interrupt loses no trial.",
+    epilog=with_examples(
+        "Run it again with the same options, and it runs only the missing trials. An interrupt loses no trial.",
+        "pilegrasp tune free_space_line --controller operational_space --jobs 2 --out tuned",
+        "pilegrasp tune push_wall --controller impedance --start mine.toml --trials 100 --out pushed",
+    ),
 )
 def tune(
     scenario: ScenarioArgument,
@@ -129,7 +134,7 @@ def _command(scenario: str, options: Mapping[str, Any], repeated: Iterable[tuple
 
 @contextmanager
 def _progress(name: str) -> Iterator[Callable[[str, int, int, float | None], None]]:
-    """Show the finished trials, their rate, the time left and the best so far; nothing outside a terminal."""
+    """Show the finished trials, their rate, the time left and the best so far."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),

@@ -7,8 +7,8 @@ processor. It does not use `@`, `np.dot`, `np.linalg`, `.sum()`, `**` or numpy's
 
 from __future__ import annotations
 
+import logging
 import shutil
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -100,6 +100,8 @@ def _cache_folder() -> Path:
         except OSError:
             continue
         if not numba.config.DISABLE_JIT:
-            sys.stderr.write("pilegrasp compiles its control law for this machine, once: up to a minute\n")
+            logging.getLogger(__name__).warning(
+                "pilegrasp compiles its control law for this machine, once: up to a minute"
+            )
         return folder
     return here / "__pycache__" / name

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -28,6 +29,8 @@ from .notes import notes_on
 from .program import Course, Program
 from .registry import program_of
 from .workplace import Station, Workplace, believed_poses, push_line
+
+_LOGGER = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +110,7 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
     pile = settle_pile(objects, scenario.pile.count, layout.with_rising_floor(slope_error), seed, *numerics)
     if not scenario.pile.mutual_contacts:
         pile = without_mutual_contacts(pile, objects, layout.with_rising_floor(slope_error), *numerics)
+    _LOGGER.info("%s, seed %d: %d objects are at rest", scenario.name, seed, len(pile.poses))
     true_layout = layout
     # What follows plans with what the arm believes.
     layout, poses = layout.as_believed(scenario.known), believed_poses(scenario.known, pile.poses)

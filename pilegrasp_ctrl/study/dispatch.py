@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
@@ -10,6 +11,8 @@ from types import TracebackType
 from typing import Any, Protocol, Self, TypeVar
 
 from ..exceptions import SimulationError
+
+_LOGGER = logging.getLogger(__name__)
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -104,6 +107,7 @@ def dispatch(
             elif not pool.died(error):
                 raise error
             elif deaths < pool.retries:
+                _LOGGER.info("a worker died; its work is done again: %s", error)
                 waiting.appendleft((item, deaths + 1))
             elif isinstance(error, MemoryError):
                 raise SimulationError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -21,6 +22,8 @@ from .origins import origins_of
 from .scheduler import Scheduler
 from .store import StudyStore
 from .worker_pool import WorkerPool
+
+_LOGGER = logging.getLogger(__name__)
 
 Record = Literal["none", "failures", "first", "all"]
 """Which attempts leave a recording."""
@@ -215,6 +218,9 @@ def _run_work_items(
         for batch in dispatch(pool, run_work_item, work_items, _report_death):
             reports = [report for _, report in batch]
             store.add([(owners[report.config_hash, report.seed], report) for report in reports])
+            for report in reports:
+                ended = report.error or ("success" if report.success else "no success")
+                _LOGGER.info("attempt %s, seed %d: %s", report.config_hash, report.seed, ended)
             finished += len(reports)
             successes += sum(report.success for report in reports)
             errors += sum(report.error is not None for report in reports)
