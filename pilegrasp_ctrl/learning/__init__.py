@@ -15,4 +15,4 @@ from .environment import BACK_OFF, FIELDS, GRASP, LIFT, PUSH, GraspEnvironment
 
 __all__ = ["BACK_OFF", "FIELDS", "GRASP", "LIFT", "PUSH", "GraspEnvironment"]
 
-gymnasium.register(id="pilegrasp/Grasp-v0", entry_point=GraspEnvironment)
+gymnasium.register(id="pilegrasp/Grasp-v0", entry_point=f"{__name__}.environment:GraspEnvironment")

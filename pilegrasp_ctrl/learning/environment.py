@@ -57,7 +57,7 @@ class GraspEnvironment(gymnasium.Env[NDArray[np.float32], np.int64]):
     object. The reward is 1 for an object in the hand after the lift, and 0 otherwise.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  (gymnasium declares it so)
     fields: ClassVar[tuple[tuple[str, str, float, float], ...]] = FIELDS
 
     def __init__(

@@ -57,8 +57,15 @@ def test_toml_blocks_are_scenarios(page):
 
 
 def parse(line: str) -> None:
-    verb, *arguments = shlex.split(line, comments=True)[1:]
-    typer.main.get_command(app).commands[verb].make_context(verb, arguments)
+    group = typer.main.get_command(app)
+    words = shlex.split(line.partition(" > ")[0], comments=True)[1:]
+    if words[0].startswith("-"):
+        assert words[0] in {option for parameter in group.params for option in parameter.opts}, words[0]
+        return
+    verb, *arguments = words
+    if "--schema" in arguments:
+        arguments = ["spheres_wall"]
+    group.commands[verb].make_context(verb, arguments)
 
 
 @pytest.mark.parametrize(("page", "line"), commands())
@@ -70,7 +77,9 @@ def test_some_commands_are_shown():
     assert ("README.md", "pilegrasp run spheres_wall --seed 0 --html grasp.html") in commands()
 
 
-@pytest.mark.parametrize("line", ["pilegrasp dance", "pilegrasp run spheres_wall --sed 0", "pilegrasp export a.npz"])
+@pytest.mark.parametrize(
+    "line", ["pilegrasp dance", "pilegrasp --dance", "pilegrasp run spheres_wall --sed 0", "pilegrasp export a.npz"]
+)
 def test_a_command_that_does_not_exist_is_found(line):
     with pytest.raises(Exception, match=r"dance|--sed|recordings"):
         parse(line)

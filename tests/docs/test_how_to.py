@@ -1,4 +1,4 @@
-"""The how-tos are followed literally, in an empty folder outside the repository, with the files that they show."""
+"""How-tos and tutorial are followed literally, in an empty folder outside the repository, with the files they show."""
 
 import os
 import re
@@ -9,7 +9,7 @@ import pytest
 
 from places import DOCS, ROOT
 
-PAGES = sorted((DOCS / "how-to").glob("*.md"))
+PAGES = sorted(page for folder in ("how-to", "tutorial") for page in (DOCS / folder).glob("*.md"))
 MAX_LINES = 60
 """Most lines of the user's own files [-]."""
 
@@ -29,10 +29,11 @@ def files_and_commands(page):
 
 
 def with_program(folder):
-    """Return an environment in which `pilegrasp` is this checkout."""
-    program = folder / "pilegrasp"
-    program.write_text(f'#!/bin/sh\nPYTHONPATH="{ROOT}" exec "{sys.executable}" -m pilegrasp_ctrl "$@"\n')
-    program.chmod(0o755)
+    """Return an environment in which `pilegrasp` is this checkout, and `python` finds it."""
+    for name, words in (("pilegrasp", "-m pilegrasp_ctrl "), ("python", "")):
+        program = folder / name
+        program.write_text(f'#!/bin/sh\nPYTHONPATH="{ROOT}" exec "{sys.executable}" {words}"$@"\n')
+        program.chmod(0o755)
     return os.environ | {"PATH": f"{folder}:{os.environ['PATH']}", "PYTHONPATH": "", "OMP_NUM_THREADS": "1"}
 
 
@@ -58,6 +59,11 @@ def test_a_how_to_works_in_an_empty_folder(page, tmp_path):
         assert done.returncode == 0, f"{command}\n{done.stderr}"
 
 
-def test_the_wiggle_of_the_how_to_is_the_example():
-    files, _ = files_and_commands(DOCS / "how-to" / "own-primitive.md")
-    assert files["wiggle.py"] == (DOCS / "examples" / "plans" / "wiggle.py").read_text(encoding="utf-8")
+@pytest.mark.parametrize(
+    ("page", "example"),
+    [("own-primitive", "plans/wiggle.py"), ("own-task", "own_task.py"), ("own-limit", "own_limit.py")],
+)
+def test_the_script_of_a_how_to_is_the_example(page, example):
+    files, _ = files_and_commands(DOCS / "how-to" / f"{page}.md")
+    text = (DOCS / "examples" / example).read_text(encoding="utf-8")
+    assert files[example.rpartition("/")[2]] == text
