@@ -7,7 +7,7 @@ INPUTS ?= 250
 BIN := .venv/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help run test check lint types scripts format site schema table hands figures gallery licences screenshots fuzz matrix doctor ci clean
+.PHONY: help run test check lint types scripts format site schema table hands figures licences screenshots fuzz matrix doctor ci clean
 
 help:  ## Show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14

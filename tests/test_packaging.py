@@ -1,10 +1,12 @@
 """Installation: one name in site-packages, which contains the linked folders and their data."""
 
+import os
 import shutil
 import subprocess
 import sys
 import tarfile
 import tomllib
+import venv
 import zipfile
 from pathlib import Path
 
@@ -14,6 +16,9 @@ from pilegrasp_ctrl.provenance import dependencies
 from places import ROOT
 
 LINKED = ("robots", "scenarios", "viewer")
+
+MAX_WHEEL = 1_500_000
+"""Largest wheel [bytes]; it holds no recording and no picture."""
 
 
 @pytest.fixture(scope="module")
@@ -94,3 +99,43 @@ def test_every_dependency_is_locked():
     locked = dict(line.split("==") for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").split())
     wanted = project["dependencies"] + project["optional-dependencies"]["dev"]
     assert {text.partition(">=")[0] for text in wanted} - locked.keys() == set()
+
+
+def test_the_wheel_is_small_and_holds_the_schema(built):
+    (path,) = built.glob("*.whl")
+    assert path.stat().st_size < MAX_WHEEL
+    with zipfile.ZipFile(path) as archive:
+        assert "pilegrasp_ctrl/scenarios/scenario.schema.json" in archive.namelist()
+
+
+def test_the_metadata_are_complete(built):
+    (path,) = built.glob("*.whl")
+    with zipfile.ZipFile(path) as archive:
+        (name,) = (each for each in archive.namelist() if each.endswith(".dist-info/METADATA"))
+        metadata = archive.read(name).decode()
+    for entry in ("Version: ", "Summary: ", "License-Expression: Apache-2.0", "Author: ", "Provides-Extra: gym"):
+        assert f"\n{entry}" in metadata
+    assert "\n# pilegrasp\n" in metadata
+
+
+@pytest.mark.slow
+def test_the_wheel_of_the_sdist_installs_into_an_empty_environment(built, tmp_path):
+    (path,) = built.glob("*.whl")
+    venv.create(tmp_path / "empty", with_pip=True)
+    python = tmp_path / "empty" / "bin" / "python"
+    # The dependencies are those of the tests, behind the environment's own packages; none is fetched.
+    libraries = [entry for entry in sys.path if entry.endswith("site-packages")]
+    (own,) = (tmp_path / "empty" / "lib").glob("python*/site-packages")
+    (own / "libraries.pth").write_text("\n".join(libraries), encoding="utf-8")
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    options = ["--quiet", "--no-deps", "--no-index", "--no-build-isolation", "--ignore-installed"]
+    subprocess.run([python, "-m", "pip", "install", *options, str(path)], cwd=tmp_path, env=environment, check=True)
+    program = tmp_path / "empty" / "bin" / "pilegrasp"
+    done = subprocess.run([program, "list", "--json"], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "spheres_wall" in done.stdout
+    code = "import pilegrasp_ctrl as pg; print(pg.__file__, pg.__version__)"
+    told = subprocess.run([python, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True).stdout
+    place, version = told.split()
+    assert place.startswith(str(tmp_path))
+    assert version == tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
