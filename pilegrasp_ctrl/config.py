@@ -115,6 +115,8 @@ class Scenario(Section):
         idle = {"strategy", "line", "order"} - self.traits.sections
         for section in sorted(idle):
             for key in getattr(self, section).changed():
+                if NEUTRAL_VALUES.get((section, key)) == getattr(getattr(self, section), key):
+                    continue
                 raise PydanticCustomError(
                     "idle",
                     "{key} has no effect if program = '{program}'; leave it out",
@@ -198,6 +200,8 @@ class Scenario(Section):
                 del content[section][key]
         if not content["known"]:
             del content["known"]
+        if not self.traits.delivers:
+            content["order"].pop("operator", None)
         if is_plugin(self.program):
             digest = plugin_digest(self.program, "program", PLAN_PARAMETERS, named=True)
             content["program"] = [self.program.partition(":")[2], digest]

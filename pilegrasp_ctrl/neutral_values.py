@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from .sections import IFCO_SIZE, IFCO_THICKNESS, ORDER_SIZE, KnownConfig
@@ -35,3 +36,15 @@ NEUTRAL_VALUES: dict[tuple[str, str], Any] = {
 }
 """Values, by (section, key), of keys that were added after the kept study was made. Each value means the behaviour
 before the key existed. `config_hash` leaves out a key that has this value, so that the study's hashes stay valid."""
+
+
+def with_older_meaning(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the complete values of a kept scenario with the keys that did not exist when it was kept.
+
+    A default may have changed since a key was added; a scenario without the key means the behaviour before it.
+    """
+    found = dict(values)
+    for (section, key), value in NEUTRAL_VALUES.items():
+        if isinstance(table := found.get(section), dict) and key not in table:
+            found[section] = {**table, key: value}
+    return found

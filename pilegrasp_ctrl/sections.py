@@ -259,7 +259,7 @@ class OrderConfig(Section):
     count: int = Field(default=4, ge=1, le=50, description="number of objects to deliver; a net-bag counts as one")
     max_attempts: int = Field(default=30, ge=1, le=100, description="largest number of attempts")
     operator: Name = Field(
-        default="sees",
+        default="alternates",
         description='who chooses lines and counts: "sees", which knows every pose; "alternates" or "bandit", which '
         "know bin, hand, mass of a part and wrist sensor alone; or your own rule as module:function",
     )

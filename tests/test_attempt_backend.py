@@ -86,7 +86,7 @@ def test_a_closed_hand_without_objects_has_grasped_nothing():
 
 
 def test_an_order_is_filled_from_the_backends_own_objects():
-    attempt = attempt_of("bin_picking", pile__count=3, order__count=1)
+    attempt = attempt_of("bin_picking", pile__count=3, order__count=1, order__operator="sees")
     near_wall = SpringWall([0.95, 0.0, 0.0], [-1.0, 0.0, 0.0], stiffness=2000.0, damping=20.0)
     arm = arm_of(attempt, TABLE, near_wall, kind=CarryingArm)
     arm.poses = attempt.pile.poses.copy()

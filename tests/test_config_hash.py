@@ -47,6 +47,13 @@ def test_the_hash_depends_on_the_line_if_the_program_is_line():
     assert build_scenario(line, {"line.start": [0.5, 0.0, 0.2]}).config_hash() != build_scenario(line).config_hash()
 
 
+def test_an_operator_counts_only_where_an_order_is_delivered():
+    assert build_scenario({}, {"order.operator": "sees"}).config_hash() == Scenario().config_hash()
+    assert Scenario().config_hash() == "fc62c636053d5e87", "kept studies have this hash"
+    with pytest.raises(ConfigurationError, match=r"order\.operator has no effect if program = 'grasp'"):
+        build_scenario({}, {"order.operator": "bandit"})
+
+
 def test_the_hash_depends_on_the_content_of_the_gains_and_not_on_their_path(tmp_path):
     hashes = []
     for folder, text in (("a", "x = 1"), ("b", "x = 1"), ("c", "x = 2")):

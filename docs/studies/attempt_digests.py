@@ -35,7 +35,7 @@ ATTEMPTS: list[tuple[str, int, dict[str, object]]] = [
     ("cubes_wall", 3, {"controller.kind": "impedance"}),
     ("spheres_wall", 8, {"pile.object": "lime+apple", "pile.variant": "literal", "pile.count": 10}),
     ("spheres_wall", 9, {"pile.object": "lime_net", "pile.count": 6, "support.tilt_deg": 5.0}),
-    ("bin_picking", 3, {"order.count": 2}),
+    ("bin_picking", 3, {"order.count": 2, "order.operator": "sees"}),
     ("bin_picking", 4, {"order.count": 1, "pile.object": "cylinder"}),
     ("push_wall", 3, {}),
     ("free_space_line", 3, {}),

@@ -13,6 +13,7 @@ from typing import Any, Self
 from ..config import Scenario, build_scenario
 from ..exceptions import ConfigurationError, ExportError
 from ..files import RECORDINGS, STUDY_FILE, make_folder, write_output
+from ..neutral_values import with_older_meaning
 from ..stored_rows import (
     DIGESTS,
     READ_ERRORS,
@@ -277,7 +278,7 @@ class StudyStore:
         Raises:
             ConfigurationError: No scenario has this hash, or a file that it names has changed.
         """
-        scenario = build_scenario(self.scenario_values(config_hash), source=str(self.path))
+        scenario = build_scenario(with_older_meaning(self.scenario_values(config_hash)), source=str(self.path))
         if scenario.config_hash() != config_hash:
             raise ConfigurationError(f"{self.path}: a file that the scenario {config_hash} names has changed since")
         return scenario

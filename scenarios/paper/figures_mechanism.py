@@ -49,9 +49,8 @@ def order_condition(object_model: str, operator: str = "sees") -> Condition:
     An attempt of this condition is a whole order.
     """
     varied: dict[str, Any] = {"pile.object": object_model, "pile.count": 15 if object_model == "lime_net" else 18}
-    if operator != "sees":
-        varied["order.operator"] = operator
-    return Condition(load_scenario("bin_picking", varied), varied)
+    scenario = load_scenario("bin_picking", varied | {"order.operator": operator})
+    return Condition(scenario, varied if operator == "sees" else varied | {"order.operator": operator})
 
 
 def draw_motion(evidence: Evidence, palette: Palette) -> Figure:

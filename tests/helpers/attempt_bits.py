@@ -24,7 +24,7 @@ ATTEMPTS = {
     "spheres_wall": (3, {}),
     "cylinders_wall": (3, {"hand": "shovel"}),
     "cubes_wall": (3, {"controller.kind": "impedance"}),
-    "bin_picking": (3, {"order.count": 1}),
+    "bin_picking": (3, {"order.count": 1, "order.operator": "sees"}),
 }
 """Seed and keys by scenario: motion and impedance control, both hands, an order, and the three shapes of the paper."""
 

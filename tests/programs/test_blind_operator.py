@@ -138,7 +138,7 @@ def test_a_rule_of_the_user_must_name_a_line(answer):
 
 def test_the_operator_counts_in_the_hash_unless_it_sees():
     hashes = [build_scenario({}, BIN | {"order.operator": name}).config_hash() for name in ("sees", "alternates")]
-    assert hashes[0] == build_scenario({}, BIN).config_hash() != hashes[1]
+    assert hashes[0] != build_scenario({}, BIN).config_hash() == hashes[1], "the default does not see"
     with pytest.raises(ConfigurationError, match=r"order\.operator = 'looks' is not allowed"):
         build_scenario({}, BIN | {"order.operator": "looks"})
 

@@ -223,7 +223,7 @@ def test_keys_without_effect_on_the_program_are_rejected():
 
 @pytest.mark.slow
 def test_the_object_of_an_order_of_one_ends_in_the_crate():
-    result = run("bin_picking", overrides={"order.count": 1}, record=True)
+    result = run("bin_picking", overrides={"order.operator": "sees", "order.count": 1}, record=True)
     assert result.success, result.reason
     assert result.grasped == 1
     assert result.attempts[-1].delivered == 1
@@ -244,7 +244,7 @@ def test_the_object_of_an_order_of_one_ends_in_the_crate():
 @pytest.mark.slow
 def test_the_time_limit_holds_for_each_attempt(monkeypatch):
     monkeypatch.setattr("pilegrasp_ctrl.episode.TIME_LIMIT", 2.0)
-    result = run("bin_picking", overrides={"order.max_attempts": 2, "pile.count": 1})
+    result = run("bin_picking", overrides={"order.operator": "sees", "order.max_attempts": 2, "pile.count": 1})
     assert [attempt.reason for attempt in result.attempts] == 2 * ["approach: time limit of 2 s"]
     assert [outcome.name for outcome in result.outcomes] == ["approach", "retreat", "return", "approach", "retreat"]
     assert result.outcomes[1].status == result.outcomes[4].status == "ended"

@@ -10,6 +10,7 @@ from scipy.stats import norm
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.exceptions import ConfigurationError, ExportError
 from pilegrasp_ctrl.files import locked
+from pilegrasp_ctrl.neutral_values import with_older_meaning
 from pilegrasp_ctrl.plugins import use_plugins
 from pilegrasp_ctrl.study import origins
 from pilegrasp_ctrl.study.attempt import AttemptReport
@@ -114,6 +115,16 @@ def test_an_attempt_can_be_run_again_from_the_store_alone(store, counts):
     assert store.scenario(counts[1].config_hash) == counts[1].scenario
     with pytest.raises(ConfigurationError, match="no scenario has the hash"):
         store.scenario("0" * 16)
+
+
+def test_a_kept_order_from_before_there_was_an_operator_is_one_that_sees(store):
+    kept = Condition(load_scenario("bin_picking", {"order.operator": "sees"}), {})
+    values = kept.scenario.model_dump(mode="json")
+    assert with_older_meaning(values) == values
+    del values["order"]["operator"]
+    store.adopt([kept], ORIGINS)
+    store.scenario_values = lambda config_hash: values
+    assert store.scenario(kept.config_hash).order.operator == "sees"
 
 
 def test_a_file_of_the_users_is_found_from_another_working_directory(tmp_path, monkeypatch):
