@@ -25,6 +25,7 @@ from .study_options import (
     TlsCertOption,
     TlsKeyOption,
     read_scheduler,
+    saying_what_is_kept,
     study_progress,
     worker_count,
 )
@@ -115,17 +116,10 @@ def paper(
 
     from ..scenarios.paper.run import run_paper, write_results
 
-    with study_progress("paper") as progress:
-        try:
-            store = run_paper(
-                planned, out, seeds_from, jobs=workers, scheduler=cluster, settings=changes, progress=progress
-            )
-        except KeyboardInterrupt:
-            print(
-                f"stopped; finished attempts are kept in {out}; the same command runs the rest",
-                file=sys.stderr,
-            )
-            raise
+    with study_progress("paper") as progress, saying_what_is_kept("attempts", out):
+        store = run_paper(
+            planned, out, seeds_from, jobs=workers, scheduler=cluster, settings=changes, progress=progress
+        )
     with store, _pages() as shown:
         command = _command(names, attempts, seeds_from, settings or [], out)
         document = write_results(

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from ..plugins import use_plugins
@@ -28,7 +24,6 @@ from .application import (
     print_json,
     with_examples,
 )
-from .progress import make_progress
 from .study_options import (
     JobsOption,
     SchedulerOption,
@@ -38,6 +33,8 @@ from .study_options import (
     parse_seeds,
     parse_vary,
     read_scheduler,
+    repeat_command,
+    search_progress,
     worker_count,
 )
 
@@ -122,36 +119,15 @@ def search(
         seeds=numbers,
         judging=fresh,
     )
-    with _progress(Path(scenario).stem) as progress:
-        try:
-            result = run_search(planned, workers, cluster, progress)
-        except KeyboardInterrupt:
-            print(f"stopped; finished attempts are kept in {out}; the same command goes on", file=sys.stderr)
-            raise
-    words = ["pilegrasp", "search", scenario]
-    for option, values in (("--over", over), ("--vary", vary), ("--set", settings), ("--plugins", plugins)):
-        words += [word for value in values or () for word in (option, str(value))]
-    words += ["--objective", objective.value, "--budget", str(budget), "--seeds", seeds, "--judge", judge]
-    document = write_results(result, shlex.join([*words, "--out", str(out)]))
+    with search_progress(Path(scenario).stem, "attempts", out) as progress:
+        result = run_search(planned, workers, cluster, progress)
+    options: dict[str, Any] = {"--over": over, "--vary": vary, "--set": settings, "--plugins": plugins}
+    options |= {"--objective": objective.value, "--budget": budget, "--seeds": seeds, "--judge": judge}
+    document = write_results(result, repeat_command("search", scenario, options, out))
     if as_json:
         print_json(document)
     else:
         _print_result(document)
-
-
-@contextmanager
-def _progress(name: str) -> Iterator[Callable[[str, int, int], None]]:
-    """Show what happens and the finished attempts."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(bar_width=24),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[words]}"),
-    )
-    with make_progress(*columns) as bar:
-        line = bar.add_task(escape(name), total=None, words="preparing")
-        yield lambda words, done, total: bar.update(line, completed=done, total=total, words=escape(words))
 
 
 def _print_result(document: Mapping[str, Any]) -> None:

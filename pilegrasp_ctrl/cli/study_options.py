@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+import shlex
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
 from ..exceptions import ConfigurationError
 from ..settings import parse_values
@@ -117,6 +119,16 @@ def parse_vary(texts: Iterable[str]) -> dict[str, list[Any]]:
 
 
 @contextmanager
+def saying_what_is_kept(finished: str, out: Path) -> Iterator[None]:
+    """On an interrupt, say that what is finished, such as "attempts", is kept in a folder."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        print(f"stopped; finished {finished} are kept in {out}; the same command runs the rest", file=sys.stderr)
+        raise
+
+
+@contextmanager
 def study_progress(name: str) -> Iterator[Callable[[StudyProgress], None]]:
     """Show the attempts that are done, their rate, the time left and the success so far."""
     columns = (
@@ -143,3 +155,51 @@ def describe_progress(study: StudyProgress) -> str:
     if study.errors:
         parts.append(f"{study.errors} errors")
     return ", ".join(parts) or "first attempts"
+
+
+@contextmanager
+def search_progress(name: str, finished: str, out: Path) -> Iterator[Callable[[str, int, int, str], None]]:
+    """Show the step of a search, what is finished of it, the rate, the time left and a note; say what a stop keeps.
+
+    The function that is returned takes the step, the finished and the expected number, and a note; "" keeps the former.
+    Outside a terminal it prints a line now and then.
+
+    Args:
+        name: What is searched for.
+        finished: What is finished one by one, such as "attempts".
+        out: Folder in which it is kept.
+    """
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[note]}"),
+    )
+    with make_progress(*columns) as bar:
+        line = bar.add_task(escape(f"{name}: preparing"), total=None, rate="", note="")
+        kept = ""
+
+        def show(step: str, done: int, total: int, note: str = "") -> None:
+            nonlocal kept
+            kept = note or kept
+            words = escape(f"{name}: {step}")
+            if total != bar.tasks[0].total:
+                # The speed of another part is none of this one; `reset` forgets the fields that it is not given.
+                bar.reset(line, total=total, completed=done, description=words, rate="", note=escape(kept))
+            speed = bar.tasks[0].speed
+            rate = f"{60.0 * speed:.0f}/min" if speed else ""
+            bar.update(line, completed=done, total=total, description=words, rate=rate, note=escape(kept))
+
+        with saying_what_is_kept(finished, out):
+            yield show
+
+
+def repeat_command(verb: str, scenario: str, options: Mapping[str, Any], out: Path) -> str:
+    """Return the command that repeats a search; an option without a value is left out, one with a list is repeated."""
+    words = ["pilegrasp", verb, scenario]
+    for name, value in options.items():
+        for each in value if isinstance(value, list) else [value]:
+            words += [] if each is None else [name, str(each)]
+    return shlex.join([*words, "--out", str(out)])

@@ -32,6 +32,7 @@ from .study_options import (
     parse_seeds,
     parse_vary,
     read_scheduler,
+    saying_what_is_kept,
     study_progress,
     worker_count,
 )
@@ -113,24 +114,17 @@ def sweep(
     from ..study.run import run_study
     from ..study.summary import summarise
 
-    with study_progress(Path(scenario).stem) as progress:
-        try:
-            store = run_study(
-                attempts,
-                out,
-                jobs=workers,
-                scheduler=cluster,
-                record=record.value,
-                measure=measure,
-                configuration=_configuration(scenario, values, overrides),
-                progress=progress,
-            )
-        except KeyboardInterrupt:
-            print(
-                f"stopped; finished attempts are kept in {out}; the same command runs the rest",
-                file=sys.stderr,
-            )
-            raise
+    with study_progress(Path(scenario).stem) as progress, saying_what_is_kept("attempts", out):
+        store = run_study(
+            attempts,
+            out,
+            jobs=workers,
+            scheduler=cluster,
+            record=record.value,
+            measure=measure,
+            configuration=_configuration(scenario, values, overrides),
+            progress=progress,
+        )
     with store:
         rows = summarise(store, attempts)
         if as_json:

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from ..exceptions import ConfigurationError
@@ -30,8 +26,7 @@ from .application import (
     print_json,
     with_examples,
 )
-from .progress import make_progress
-from .study_options import parse_seeds
+from .study_options import parse_seeds, repeat_command, search_progress
 
 MAX_SEEDS = 1000
 """Largest number of attempts in a trial (chosen)."""
@@ -105,60 +100,21 @@ def tune(
     from ..tuning.analysis import analyse_search
     from ..tuning.results import write_results
 
-    with _progress(chosen.name) as progress:
-        try:
-            store = run_search(search, trials, jobs, progress)
-        except KeyboardInterrupt:
-            print(f"stopped; finished trials are kept in {out}; the same command runs the rest", file=sys.stderr)
-            raise
+    with search_progress(chosen.name, "trials", out) as show:
+
+        def progress(part: str, done: int, total: int, tracking: float | None) -> None:
+            show(part, done, total, "" if tracking is None else f"best {tracking:.3g} mm")
+
+        store = run_search(search, trials, jobs, progress)
         analysis = analyse_search(search, store, jobs, progress)
     options = {"--controller": controller, "--trials": trials, "--seeds": seeds, "--jobs": jobs, "--start": start}
-    repeated = [("--set", setting) for setting in settings or []] + [("--plugins", str(each)) for each in plugins or []]
-    command = _command(scenario, {**options, "--late": late or None}, repeated, out)
+    options |= {"--late": late or None, "--set": settings, "--plugins": plugins}
+    command = repeat_command("tune", scenario, options, out)
     document = write_results(analysis, command)
     if as_json:
         print_json(document)
     else:
         _print_result(document)
-
-
-def _command(scenario: str, options: Mapping[str, Any], repeated: Iterable[tuple[str, str]], out: Path) -> str:
-    """Return the command that repeats this search."""
-    words = ["pilegrasp", "tune", scenario]
-    for name, value in options.items():
-        words += [] if value is None else [name, str(value)]
-    for pair in repeated:
-        words += pair
-    return shlex.join([*words, "--out", str(out)])
-
-
-@contextmanager
-def _progress(name: str) -> Iterator[Callable[[str, int, int, float | None], None]]:
-    """Show the finished trials, their rate, the time left and the best so far."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(bar_width=24),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[best]}"),
-    )
-    with make_progress(*columns) as bar:
-        line = bar.add_task(escape(f"{name}: preparing"), total=None, rate="", best="")
-        step, best = "", ""
-
-        def show(part: str, done: int, total: int, tracking: float | None) -> None:
-            nonlocal step, best
-            best = best if tracking is None else f"best {tracking:.3g} mm"
-            if part != step:
-                # `reset` forgets the fields that it is not given.
-                name_and_step = escape(f"{name}: {part}")
-                bar.reset(line, total=total, completed=done, description=name_and_step, rate="", best=best)
-                step = part
-            speed = bar.tasks[0].speed
-            bar.update(line, completed=done, total=total, rate=f"{60.0 * speed:.0f}/min" if speed else "", best=best)
-
-        yield show
 
 
 def _print_result(document: Mapping[str, Any]) -> None:

@@ -18,7 +18,7 @@ from .run import SearchResult
 from .space import Choice, Parameter
 
 COLOURS = page_colours("ink", "soft", "rule", "start", "best", "front", "bad")
-"""Placeholder colour of each name; the style sheet of `page.html` defines the colours themselves."""
+"""Placeholder colour of each name; the style sheet of `study/result.html` defines the colours themselves."""
 INK, SOFT, RULE, START, BEST, FRONT, BAD = COLOURS.values()
 """The same colours one by one."""
 SIZE = (3.4, 2.5)

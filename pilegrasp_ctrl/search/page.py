@@ -87,8 +87,13 @@ def _tiles(result: SearchResult) -> list[dict[str, str]]:
     show = (lambda value: f"{value:.0f}") if timed else _percent
     gain = f"{100 * judgement.low:+.0f} to {100 * judgement.high:+.0f} {'%' if timed else 'points'}"
     return [
-        {"name": result.search.objective.words, "start": show(judgement.start), "best": show(judgement.winner)},
-        {"name": "gain, 95 % interval", "start": "", "best": gain},
+        {
+            "name": result.search.objective.words,
+            "unit": "",
+            "start": show(judgement.start),
+            "best": show(judgement.winner),
+        },
+        {"name": "gain, 95 % interval", "unit": "", "start": "", "best": gain},
     ]
 
 
@@ -126,4 +131,4 @@ def _row(row: Mapping[str, Any]) -> dict[str, Any]:
     cells += [f"{row['picks_an_hour']:.0f}", f"{row['peak_force']:.1f}"]
     note = row["reason"] or (f"by {row['eliminated_by']}" if row["eliminated_by"] is not None else "")
     style = {"winner": "best", "eliminated": "bad", "cannot run": "bad"}.get(row["state"], "")
-    return {"number": row["candidate"], "cells": cells, "style": style, "words": f"{row['state']} {note}".strip()}
+    return {"number": row["candidate"], "cells": cells, "notes": [(style, f"{row['state']} {note}".strip())]}

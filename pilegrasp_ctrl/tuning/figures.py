@@ -17,7 +17,7 @@ from .stability_margin import MAX_RINGING
 from .store import TrialRecord
 
 COLOURS = page_colours("ink", "soft", "rule", "start", "best", "front", "bad")
-"""Placeholder colour of each name; the style sheet of `page.html` defines the colours themselves."""
+"""Placeholder colour of each name; the style sheet of `study/result.html` defines the colours themselves."""
 INK, SOFT, RULE, START, BEST, FRONT, BAD = COLOURS.values()
 """The same colours one by one: text, axis labels, grid, start, best, Pareto front, and ringing or failed trials."""
 WIDE = (4.4, 3.1)

@@ -17,7 +17,7 @@ import pytest
 
 from made_up_search import BAD, made_up, search, table
 from pilegrasp_ctrl import cli
-from pilegrasp_ctrl.cli import tune
+from pilegrasp_ctrl.cli.study_options import search_progress
 from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.episode import run
 from pilegrasp_ctrl.exceptions import ConfigurationError, ExportError, SimulationError
@@ -203,11 +203,11 @@ class Terminal(io.StringIO):
 def test_the_bar_shows_rate_time_left_and_the_best(monkeypatch):
     monkeypatch.setattr("sys.stderr", Terminal())
     monkeypatch.setenv("COLUMNS", "140")
-    with tune._progress("free_space_line") as progress:
-        for done, tracking in enumerate((None, 2.5, 0.25, 0.25, None)):
-            progress("trials", done, 6, tracking)
+    with search_progress("free_space_line", "trials", Path("out")) as progress:
+        for done, note in enumerate(("", "best 2.5 mm", "best 0.25 mm", "best 0.25 mm", "")):
+            progress("trials", done, 6, note)
             time.sleep(0.15)
-        progress("sensitivity", 0, 2, None)
+        progress("sensitivity", 0, 2)
         time.sleep(0.15)
         shown = sys.stderr.getvalue()
     for words in ("free_space_line: trials", "4/6", "best 2.5 mm", "best 0.25 mm", "/min", "0:00:0", "sensitivity"):
