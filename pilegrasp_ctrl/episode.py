@@ -283,7 +283,8 @@ class _Loop:
             tick = time.perf_counter()
             state = arm.update(observation.q, observation.v)
             done("state")
-            inputs = PrimitiveInput(observation.time, state.pose, observation.wrench, observation.touched)
+            touch = observation.touched, observation.inside
+            inputs = PrimitiveInput(observation.time, state.pose, observation.wrench, *touch)
             if active is None:
                 active, begun, last = primitive.begin(inputs, self._setpoint), inputs, inputs
                 self._zero = inputs.wrench if primitive.tares else self._zero

@@ -228,9 +228,10 @@ class StrategyConfig(Section):
         le=2000.0,
         description="F_grasp over the mass of one object, in place of `grasp_force`; not used if absent [N/kg]",
     )
-    close_on: Literal["force", "touches"] = Field(
+    close_on: Literal["force", "touches", "inside"] = Field(
         default="force",
-        description="what ends the push: F_grasp alone, or also two objects that touch the fingers for 0.1 s",
+        description="what ends the push: F_grasp alone, or also two objects that touch the fingers for 0.1 s, or one "
+        "that touches a finger behind its tip for 0.1 s",
     )
     touch_force: float = Field(default=1.8, ge=0.5, le=20.0, description="vertical force that ends the approach [N]")
     approach_speed: float = Field(

@@ -169,6 +169,7 @@ class Observation:
             world axes, tool weight removed.
         saturated: Sensor channel beyond its range, which makes the wrench unusable; "" if there is none.
         touched: Number of objects that touch the fingers; 0 for a hand without touch.
+        inside: Number of objects that touch a finger behind its tip.
     """
 
     time: float
@@ -177,6 +178,7 @@ class Observation:
     wrench: Array = field(default_factory=lambda: np.zeros(6))
     saturated: str = ""
     touched: int = 0
+    inside: int = 0
 
 
 class Command(NamedTuple):

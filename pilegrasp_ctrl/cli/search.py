@@ -84,6 +84,12 @@ def search(
     judge: Annotated[
         str, typer.Option(metavar="FIRST:LAST", help="Seeds on which winner and start are compared.")
     ] = "30000:30100",
+    ablate: Annotated[
+        bool,
+        typer.Option(
+            "--ablate", metavar="", help="Put the winner's keys back one by one, and report the smallest change."
+        ),
+    ] = False,
     jobs: JobsOption = None,
     scheduler: SchedulerOption = None,
     tls_ca: TlsCaOption = None,
@@ -120,10 +126,11 @@ def search(
         judging=fresh,
     )
     with search_progress(Path(scenario).stem, "attempts", out) as progress:
-        result = run_search(planned, workers, cluster, progress)
+        result = run_search(planned, workers, cluster, progress, ablate)
     options: dict[str, Any] = {"--over": over, "--vary": vary, "--set": settings, "--plugins": plugins}
     options |= {"--objective": objective.value, "--budget": budget, "--seeds": seeds, "--judge": judge}
-    document = write_results(result, repeat_command("search", scenario, options, out))
+    command = repeat_command("search", scenario, options, out) + (" --ablate" if ablate else "")
+    document = write_results(result, command)
     if as_json:
         print_json(document)
     else:
@@ -148,6 +155,10 @@ def _print_result(document: Mapping[str, Any]) -> None:
     for key, value in document["start"].items():
         table.add_row(*(escape(str(cell)) for cell in (key, value, document["winner"]["set"].get(key, value))))
     console.print(table)
+    if document["ablation"] is not None:
+        kept = document["ablation"]["smallest"]
+        words = ", ".join(f"{key} = {value}" for key, value in kept.items()) or "none at all"
+        console.print(f"smallest change that is not worse: {escape(words)}", highlight=False, soft_wrap=True)
     if len(document["undecided"]):
         console.print(f"not decided against {len(document['undecided'])} candidates; the page lists them")
     for path in document["files"].values():

@@ -32,12 +32,14 @@ class PrimitiveInput(NamedTuple):
         pose: Pose of the tool frame in the world, from the joint angles.
         wrench: (6,) Wrench of the environment on the hand, in world axes [N, N·m].
         touched: Number of objects that touch the fingers; 0 for a hand without touch.
+        inside: Number of objects that touch a finger behind its tip.
     """
 
     time: float
     pose: Pose
     wrench: Array
     touched: int = 0
+    inside: int = 0
 
 
 class Setpoint(NamedTuple):

@@ -13,6 +13,11 @@ TOUCHES = 2
 TOUCH_TIME = 0.1
 """Time for which they must touch [s]; chosen, so that a bounce is no touch."""
 
+BREAK = 0.02
+"""Longest break of a touch behind the fingertips that does not end it [s]; chosen.
+
+A ball that rolls along a finger loses contact for single physics steps."""
+
 
 class PushEnding(Protocol):
     """An event that ends a push."""
@@ -34,34 +39,51 @@ class TouchEnding:
 
     Attributes:
         count: Number of objects.
+        inside: Whether only touches behind the fingertips count.
+        pause: Longest break of the touch [s].
         duration: Time [s].
     """
 
     count: int = TOUCHES
+    inside: bool = False
+    pause: float = 0.0
     duration: float = TOUCH_TIME
 
     def begin(self) -> ActiveTouchEnding:
         """Begin without a touch."""
         return ActiveTouchEnding(self)
 
+    @property
+    def words(self) -> str:
+        """Trigger of the push."""
+        who = "an object" if self.count == 1 else f"{self.count} objects"
+        return f"{who} touched {'a finger behind its tip' if self.inside else 'the fingers'}"
+
 
 @dataclass(slots=True, eq=False)
 class ActiveTouchEnding:
-    """A `TouchEnding` that is watched. It remembers since when there are enough touches."""
+    """A `TouchEnding` that is watched. It remembers since when, and until when, there were enough touches."""
 
     plan: TouchEnding
     _since: float | None = None
+    _last: float = 0.0
 
     def ending(self, inputs: PrimitiveInput) -> Ending | None:
-        """End when there have been enough touches without a break."""
-        if inputs.touched < self.plan.count:
+        """End when there have been enough touches for long enough."""
+        plan = self.plan
+        if (inputs.inside if plan.inside else inputs.touched) >= plan.count:
+            self._since = inputs.time if self._since is None else self._since
+            self._last = inputs.time
+        elif inputs.time - self._last > plan.pause:
             self._since = None
-        elif self._since is None:
-            self._since = inputs.time
-        if self._since is None or inputs.time - self._since < self.plan.duration:
+        if self._since is None or self._last - self._since < plan.duration:
             return None
-        return Ending(f"{self.plan.count} objects touched the fingers")
+        return Ending(plan.words)
 
 
-PUSH_ENDINGS: dict[str, tuple[PushEnding, ...]] = {"force": (), "touches": (TouchEnding(),)}
+PUSH_ENDINGS: dict[str, tuple[PushEnding, ...]] = {
+    "force": (),
+    "touches": (TouchEnding(),),
+    "inside": (TouchEnding(1, inside=True, pause=BREAK),),
+}
 """Events by the value of `strategy.close_on`. F_grasp ends every push."""

@@ -133,7 +133,7 @@ def prepare(scenario: Scenario, seed: int) -> Attempt:
         scene = build_scene(scenario, place.hand, objects, true_layout, drawn)
         sensor = WristSensor(scene.model, tool, scenario.sensor, period, seed, known_to_scene.rotation.T)
         label = f"{scenario.config_hash()}-{seed}"
-        feels = scenario.traits.touches and scenario.strategy.close_on == "touches"
+        feels = scenario.traits.touches and scenario.strategy.close_on != "force"
         simulation = Simulation(scene, sensor, steps, true_layout.walls, label, TouchSensor(scene) if feels else None)
         simulation.reset(posture, object_poses)
         make = makers.get(place.hand.name) or controller_factory(scenario, place.hand, layout.walls)

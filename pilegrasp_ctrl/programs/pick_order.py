@@ -25,10 +25,10 @@ from .operator import BinState, Operator, SeeingOperator, TrueCounts
 CARRY_SPEED = 0.25
 """Speed of the hand between bin and crate [m/s]; chosen."""
 
-STOP_SHORT = 0.04
-"""Distance of the fingertips from the middle of the order's crate at the release [m]; chosen.
+STOP_SHORT = 0.25
+"""Distance of the fingertips from the middle of the order's crate at the release, as a share of its length [-]; chosen.
 
-The objects roll off forward."""
+The objects roll off forward. A light ball that lands near the middle bounces out over the far wall."""
 
 RELEASE_TIME = 2.0
 """Time for which the hand is open before the objects in the crate are counted and it moves on [s]; chosen.
@@ -52,9 +52,10 @@ def delivery_pose(layout: Layout, theta: float) -> Pose:
     Raises:
         ArgumentError: The layout has no crate of an order.
     """
-    x, y = crates(layout)[1].center
+    crate = crates(layout)[1]
+    x, y = crate.center
     yaw = math.atan2(y, x)
-    point = np.array([x, y]) - STOP_SHORT * np.array([math.cos(yaw), math.sin(yaw)])
+    point = np.array([x, y]) - STOP_SHORT * crate.inner[0] * np.array([math.cos(yaw), math.sin(yaw)])
     return Pose(np.array([*point, layout.start_height]), tool_rotation(yaw, theta))
 
 

@@ -8,6 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from ..viewer.templates import render
+from .ablation import MARGIN, Ablation
 from .figures import over_pair, over_parameter, pairs
 from .judgement import WORTH
 from .race import ERROR, FIRST
@@ -47,6 +48,7 @@ def page(result: SearchResult, document: Mapping[str, Any], command: str) -> str
             worlds=_worlds(result),
             values=_values(result),
             rule=document["rule"],
+            ablation=None if result.ablation is None else _ablation(result, result.ablation),
             use=f"pilegrasp run {best}",
             shown="winner.html" if "recording" in document["files"] else "",
             over=[Markup(over_parameter(result, parameter)) for parameter in parameters],
@@ -116,6 +118,28 @@ def _worlds(result: SearchResult) -> list[dict[str, Any]]:
 def _values(result: SearchResult) -> list[dict[str, str]]:
     start, winner = result.search.space.start, result.winner.values
     return [{"name": key, "start": text_of(start[key]), "best": text_of(winner[key])} for key in start]
+
+
+def _ablation(result: SearchResult, ablation: Ablation) -> dict[str, Any]:
+    """Return what the page says of an ablation."""
+    timed = result.search.objective.timed
+    rows = []
+    for step in ablation.steps:
+        value = "cannot run" if step.value is None else f"{step.value:.0f}" if timed else _percent(step.value)
+        verdict = "goes on" if step.chosen else "not worse" if step.suffices else "worse, or not decided"
+        rows.append(
+            {
+                "round": step.round,
+                "back": step.back,
+                "kept": ", ".join(step.kept) or "none",
+                "value": value,
+                "gain": "–" if step.value is None else f"{100 * step.low:+.0f} to {100 * step.high:+.0f}",
+                "verdict": verdict,
+                "style": "best" if step.chosen else "" if step.suffices else "bad",
+            }
+        )
+    kept = [f"{key} = {text_of(value)}" for key, value in ablation.smallest.items()]
+    return {"rows": rows, "kept": ", ".join(kept), "margin": f"{100 * MARGIN:g}"}
 
 
 def _undecided(row: Mapping[str, Any]) -> str:

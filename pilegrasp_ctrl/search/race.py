@@ -48,6 +48,7 @@ class Candidate:
         samples: Samples so far; None before its first attempt.
         impossible: Reason why it cannot run; "" if it can.
         eliminated_by: Number of the candidate that eliminated it; None if it was not.
+        twin: Number of the candidate that means the same; None if there is none.
     """
 
     number: int
@@ -55,6 +56,7 @@ class Candidate:
     samples: Samples | None = None
     impossible: str = ""
     eliminated_by: int | None = None
+    twin: int | None = None
 
     @property
     def n(self) -> int:

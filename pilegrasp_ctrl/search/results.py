@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 from ..exceptions import PilegraspError
 from ..files import toml_text, write_output
 from ..provenance import versions
+from .ablation import MARGIN, Ablation
 from .choice import RULE
 from .evidence import lead_interval, mean_interval
 from .race import ERROR, FIRST, Candidate
@@ -22,7 +24,9 @@ PAGE = "index.html"
 
 
 def write_results(result: SearchResult, command: str) -> dict[str, Any]:
-    """Write `best.toml`, `candidates.csv`, `winner.html` and `index.html`; return the document that `--json` prints.
+    """Write scenarios, table and pages to the folder; return the document that `--json` prints.
+
+    The files are `best.toml`, `candidates.csv`, `winner.html`, `index.html`, and after an ablation `smallest.toml`.
 
     Args:
         result: Result of the search.
@@ -35,6 +39,8 @@ def write_results(result: SearchResult, command: str) -> dict[str, Any]:
 
     folder = result.search.folder
     write_output(folder / "best.toml", best_text(result).encode(), "scenario")
+    if result.ablation is not None:
+        write_output(folder / "smallest.toml", smallest_text(result, result.ablation).encode(), "scenario")
     write_output(folder / "candidates.csv", candidates_csv(result).encode(), "table")
     shown = _write_recording(result)
     document = as_document(result, shown)
@@ -44,15 +50,34 @@ def write_results(result: SearchResult, command: str) -> dict[str, Any]:
 
 def best_text(result: SearchResult) -> str:
     """Return the winner's scenario as TOML, with what was found at its head."""
-    search, judgement = result.search, result.judgement
-    world = search.worlds[0] if len(search.worlds) == 1 else {}
-    scenario = search.condition(result.winner, world).placed
-    scenario = scenario.model_copy(update={"summary": f"Found by pilegrasp search from {scenario.name}."[:200]})
+    judgement = result.judgement
     lines = [
-        f"Candidate {result.winner.number} of {len(result.race.candidates)}; objective: {search.objective.name}.",
+        f"Candidate {result.winner.number} of {len(result.race.candidates)}; "
+        f"objective: {result.search.objective.name}.",
         f"On {judgement.n} fresh seeds: {judgement.winner:.3g}, the start {judgement.start:.3g}; "
         f"verdict: {judgement.verdict}.",
     ]
+    return _scenario_text(result, result.winner, lines)
+
+
+def smallest_text(result: SearchResult, ablation: Ablation) -> str:
+    """Return the scenario with the smallest change that is not worse than the winner, as TOML."""
+    last = next((step for step in reversed(ablation.steps) if step.chosen), None)
+    lines = [f"Changes of the start: {', '.join(ablation.smallest) or 'none'}."]
+    if last is not None and last.value is not None:
+        lines.append(
+            f"On {result.judgement.n} fresh seeds: {last.value:.3g}, the winner {result.judgement.winner:.3g}, "
+            f"gain {100 * last.low:+.0f} to {100 * last.high:+.0f} %."
+        )
+    smallest = Candidate(-1, {**result.search.space.start, **ablation.smallest})
+    return _scenario_text(result, smallest if ablation.smallest else result.race.candidates[0], lines)
+
+
+def _scenario_text(result: SearchResult, candidate: Candidate, lines: Sequence[str]) -> str:
+    """Return a candidate's scenario as TOML, with lines at its head."""
+    worlds = result.search.worlds
+    scenario = result.search.condition(candidate, worlds[0] if len(worlds) == 1 else {}).placed
+    scenario = scenario.model_copy(update={"summary": f"Found by pilegrasp search from {scenario.name}."[:200]})
     return "".join(f"# {line}\n" for line in lines) + toml_text(scenario.model_dump(mode="json"))
 
 
@@ -146,6 +171,14 @@ def undecided(result: SearchResult) -> list[dict[str, Any]]:
     return found
 
 
+def _ablation(ablation: Ablation) -> dict[str, Any]:
+    return {
+        "margin": MARGIN,
+        "smallest": dict(ablation.smallest),
+        "steps": [{**asdict(step), "kept": dict(step.kept)} for step in ablation.steps],
+    }
+
+
 def as_document(result: SearchResult, shown: Path | None) -> dict[str, Any]:
     """Return the search and its result as JSON values."""
     search, race, folder = result.search, result.race, result.search.folder
@@ -156,6 +189,8 @@ def as_document(result: SearchResult, shown: Path | None) -> dict[str, Any]:
         "page": str(folder / PAGE),
         "store": str(folder / "study.db"),
     }
+    if result.ablation is not None:
+        files["smallest"] = str(folder / "smallest.toml")
     return {
         "scenario": search.scenario.name,
         "objective": search.objective.name,
@@ -170,6 +205,7 @@ def as_document(result: SearchResult, shown: Path | None) -> dict[str, Any]:
         "rule": RULE,
         "judgement": {**asdict(result.judgement), "worlds": list(result.judgement.worlds)},
         "verdict": result.judgement.verdict,
+        "ablation": None if result.ablation is None else _ablation(result.ablation),
         "versions": versions("optuna"),
         "files": files | ({"recording": str(shown)} if shown else {}),
     }

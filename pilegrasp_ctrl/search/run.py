@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from ..study.dispatch import Pool
 from ..study.run import open_pool, run_study
 from ..study.scheduler import Scheduler
 from . import MAX_BUDGET, MAX_CHOICES
+from .ablation import Ablation, ablate, changes, most_candidates
 from .choice import choose, tied
 from .judgement import Judgement, judge
 from .race import FIRST, Candidate, Race
@@ -98,6 +99,7 @@ class SearchResult:
         winner: Chosen candidate.
         judgement: Comparison of the winner and the start on fresh seeds.
         recordings: Files of recordings of winner and start on the first judging seed, as far as there are any.
+        ablation: Which of the winner's changes suffice; None if that was not asked for.
     """
 
     search: Search
@@ -106,6 +108,7 @@ class SearchResult:
     winner: Candidate
     judgement: Judgement
     recordings: tuple[Path, ...] = ()
+    ablation: Ablation | None = None
 
 
 def plan_search(
@@ -179,6 +182,7 @@ def run_search(
     jobs: int = 2,
     scheduler: Scheduler | None = None,
     progress: Progress | None = None,
+    ablate: bool = False,
 ) -> SearchResult:
     """Run the missing attempts of a search, and judge its winner.
 
@@ -190,6 +194,7 @@ def run_search(
         jobs: Number of worker processes on this machine; the result does not depend on it.
         scheduler: Dask scheduler whose workers are used instead.
         progress: Callback before each step and after each attempt.
+        ablate: Whether to find out which of the winner's changes suffice.
 
     Raises:
         PilegraspError: The folder holds another search or is damaged, or the workers cannot start.
@@ -203,7 +208,8 @@ def run_search(
         race.run(runner.measure, runner.report)
         ties = tied(race)
         winner = choose(race, ties)
-        return runner.judged(race, ties, winner)
+        result = runner.judged(race, ties, winner)
+        return runner.ablated(result) if ablate else result
 
 
 def _ignore(words: str, done: int, total: int) -> None:
@@ -249,6 +255,7 @@ class _Runner:
             twin = self.hashes.setdefault(found[0].config_hash, candidate.number)
             if twin != candidate.number:
                 candidate.impossible = f"means the same as candidate {twin}"
+                candidate.twin = twin
                 return []
             self.known[candidate.number] = found
         return self.known.get(candidate.number, [])
@@ -299,3 +306,29 @@ class _Runner:
         ]
         kept = tuple(file for file in files if file.is_file())
         return SearchResult(self.search, race, tuple(ties), winner, judgement, kept)
+
+    def ablated(self, result: SearchResult) -> SearchResult:
+        """Return a result with the ablation of its winner, on the judging seeds."""
+        search, winner = self.search, result.winner
+        start = dict(search.space.start)
+        changed = changes(start, winner.values)
+        known, n = list(result.race.candidates), len(search.judging)
+        total = most_candidates(len(changed)) * n * len(search.worlds)
+        self.report("ablation", 0)
+
+        def run(kept: Mapping[str, Any]) -> Samples | None:
+            values = start | kept
+            candidate = next((each for each in known if each.values == values), None)
+            if candidate is None:
+                candidate = Candidate(len(known), values)
+                known.append(candidate)
+            self._conditions(candidate)
+            number = candidate.number if candidate.twin is None else candidate.twin
+            if number not in self.known:
+                return None
+            samples = self._rows([(known[number], n)], search.judging, "none", total)[number]
+            self.spent += n * len(search.worlds)
+            return samples
+
+        fresh = self._rows([(winner, n)], search.judging, "first", total)[winner.number]
+        return replace(result, ablation=ablate(search.objective, changed, fresh, run))

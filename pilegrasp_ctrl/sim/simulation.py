@@ -79,9 +79,9 @@ class Simulation:
     def observe(self) -> Observation:
         """Read encoders and wrist sensor."""
         wrench = self._sensor.read(self.data)
-        touched = self._touch.count(self.data) if self._touch else 0
+        touch = self._touch.count(self.data) if self._touch else (0, 0)
         saturated = self._sensor.saturated or ""
-        return Observation(self.data.time, self._q.copy(), self._v.copy(), wrench, saturated, touched)
+        return Observation(self.data.time, self._q.copy(), self._v.copy(), wrench, saturated, *touch)
 
     def tare(self) -> None:
         """Take the wrist sensor's last reading as its zero."""

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pilegrasp_ctrl.search.ablation import MARGIN, ablate, changes
 from pilegrasp_ctrl.search.choice import choose, tied
 from pilegrasp_ctrl.search.evidence import lead_interval, log_evidence, mean_interval
 from pilegrasp_ctrl.search.judgement import judge, verdict_of
@@ -175,3 +176,41 @@ def test_the_gain_in_picks_has_an_interval_by_resampled_seeds():
     found = judge(OBJECTIVES["picks"], start, winner)
     assert 0.3 < found.low < 0.5 < found.high < 0.7
     assert found.verdict == "better"
+
+
+CHANGED = {"alpha": 25.0, "force": 12.0, "hand": "b", "speed": 0.2}
+
+
+def ablated(run, rate, n=200):
+    """Return the ablation of a winner with four changes, for a rate by the keys that are kept."""
+
+    def measure(kept):
+        number = 1 + sum(2**place for place, key in enumerate(CHANGED) if key in kept)
+        return samples(luck(run, number, n) < rate(frozenset(kept)))
+
+    return ablate(OBJECTIVES["held"], CHANGED, measure(CHANGED), measure)
+
+
+def test_the_smallest_change_is_found_in_18_of_20_ablations():
+    right = [ablated(run, lambda kept: 0.6 + 0.35 * ("force" in kept)).smallest for run in range(20)]
+    assert sum(kept == {"force": 12.0} for kept in right) >= 18
+
+
+def test_two_keys_that_help_only_together_are_both_kept():
+    found = ablated(0, lambda kept: 0.95 if {"alpha", "hand"} <= kept else 0.4)
+    assert set(found.smallest) == {"alpha", "hand"}
+    assert [step.round for step in found.steps] == [1] * 4 + [2] * 3 + [3] * 2
+    assert sum(step.chosen for step in found.steps) == 2
+    assert all(step.suffices == (step.low > -MARGIN) for step in found.steps)
+
+
+def test_a_winner_that_is_no_better_needs_no_change_and_one_that_cannot_do_without_keeps_all():
+    assert ablated(1, lambda kept: 0.9).smallest == {}
+    assert ablated(1, lambda kept: 0.95 - 0.3 * (4 - len(kept))).smallest == CHANGED
+    assert ablate(OBJECTIVES["held"], {}, samples(np.ones(9)), lambda kept: None).smallest == {}
+    alone = ablate(OBJECTIVES["held"], {"force": 12.0}, samples(np.ones(99)), lambda kept: None)
+    assert (alone.smallest, alone.steps[0].value) == ({"force": 12.0}, None)
+
+
+def test_only_what_differs_from_the_start_is_a_change():
+    assert changes({"a": 1.0, "b": None}, {"a": 1.0, "b": 2.0}) == {"b": 2.0}

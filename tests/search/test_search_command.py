@@ -74,6 +74,24 @@ def test_a_search_leaves_a_scenario_table_page_and_json_and_repeats_nothing(with
     assert len(without_attempts) == first
 
 
+def test_an_ablation_leaves_the_smallest_change_as_a_scenario(without_attempts, tmp_path, capsys):
+    command = (*COMMAND, "--over", "strategy.speed=0.05:0.4", "--out", tmp_path)
+    plain = json.loads(answer(capsys, *command, "--json")[1])
+    assert plain["ablation"] is None
+    status, out, err = answer(capsys, *command, "--ablate", "--json")
+    assert status == 0, err
+    document = json.loads(out)
+    assert {**document, "ablation": None, "files": 0} == {**plain, "files": 0}
+    kept = document["ablation"]["smallest"]
+    assert "strategy.speed" not in kept
+    assert kept.items() <= document["winner"]["set"].items()
+    assert load_scenario(tmp_path / "smallest.toml").config_hash() == load_scenario("spheres_wall", kept).config_hash()
+    assert "What suffices" in (tmp_path / "index.html").read_text()
+    count = len(without_attempts)
+    assert json.loads(answer(capsys, *command, "--ablate", "--json")[1]) == document
+    assert len(without_attempts) == count
+
+
 def test_an_interrupt_loses_no_attempt_and_changes_nothing(without_attempts, tmp_path, capsys, monkeypatch):
     whole = json.loads(answer(capsys, *COMMAND, "--out", tmp_path / "whole", "--json")[1])
     count = len(without_attempts)
