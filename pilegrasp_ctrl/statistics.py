@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 CONFIDENCE = 0.95
 """Confidence of every printed interval [-]; chosen, as usual."""
@@ -32,6 +32,25 @@ def wilson(successes: int, n: int) -> tuple[float, float]:
         return 0.0, 1.0
     interval = binomtest(successes, n).proportion_ci(CONFIDENCE, "wilson")
     return float(interval.low), float(interval.high)
+
+
+def ratio_interval(tops: Sequence[float], bottoms: Sequence[float]) -> tuple[float, float, float] | None:
+    """Return a ratio of two sums over the same things, with its 95 % interval; None without things or with a sum of 0.
+
+    The interval is Student's, for a ratio that is made linear (W. G. Cochran, Sampling Techniques, 1977, ch. 6). The
+    values are not negative, so neither is the interval; for one thing it is unknown, from 0 to infinity.
+    """
+    from scipy.special import stdtrit
+
+    n, total = len(bottoms), math.fsum(bottoms)
+    if not n or total <= 0.0:
+        return None
+    ratio = math.fsum(tops) / total
+    if n == 1:
+        return ratio, 0.0, math.inf
+    spread = math.fsum((top - ratio * bottom) ** 2 for top, bottom in zip(tops, bottoms, strict=True))
+    margin = float(stdtrit(n - 1, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(spread * n / (n - 1)) / total
+    return ratio, max(0.0, ratio - margin), ratio + margin
 
 
 def p_greater(successes: int, n: int, other_successes: int, other_n: int) -> float:

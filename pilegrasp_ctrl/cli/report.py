@@ -45,6 +45,7 @@ def report_study(
 ) -> None:
     """Write DIR/index.html: success by condition, every attempt, and its recording if there is one."""
     from ..files import RECORDINGS, check_output, write_output
+    from ..viewer.study.orders import orders_of
     from ..viewer.study.page import index_page
     from ..viewer.study.rows import read_attempts
 
@@ -73,6 +74,7 @@ def report_study(
                 "recordings": len(links.pages),
                 "recorded_now": made,
                 "thumbnails": len(links.pictures),
+                "orders": [found.as_dict() for found in orders_of(rows)],
             }
         )
     else:

@@ -160,6 +160,6 @@ def _print_result(document: Mapping[str, Any]) -> None:
         words = ", ".join(f"{key} = {value}" for key, value in kept.items()) or "none at all"
         console.print(f"smallest change that is not worse: {escape(words)}", highlight=False, soft_wrap=True)
     if len(document["undecided"]):
-        console.print(f"not decided against {len(document['undecided'])} candidates; the page lists them")
+        console.print(f"not eliminated: {len(document['undecided'])} other candidates; the page says more of them")
     for path in document["files"].values():
         console.print(f"wrote {escape(path)}", highlight=False, soft_wrap=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import combinations, pairwise
 from typing import Any
@@ -34,6 +35,7 @@ def over_parameter(result: SearchResult, parameter: Parameter) -> str:
     """Return the value of every candidate over one parameter, with intervals, and that of all attempts near it."""
     figure = Figure(figsize=SIZE)
     axes = figure.subplots()
+    most = max(candidate.n for candidate in result.race.candidates)
     for candidate in result.race.candidates:
         if candidate.samples is None:
             continue
@@ -44,8 +46,9 @@ def over_parameter(result: SearchResult, parameter: Parameter) -> str:
         value = result.race.value(candidate)
         if not result.search.objective.timed:
             low, high = mean_interval(_worst(candidate), ERROR)
-            axes.plot([place, place], [low, high], color=colour, linewidth=0.8, alpha=0.5)
-        axes.scatter([place], [value], s=size, color=colour, zorder=3 if size > 20 else 2)
+            axes.plot([place, place], [low, high], color=colour, linewidth=0.8, alpha=_weight(candidate, most))
+        strength = 1.0 if size > 20 else _weight(candidate, most)
+        axes.scatter([place], [value], s=size, color=colour, alpha=strength, zorder=3 if size > 20 else 2)
     for low, high, value in _together(result, parameter):
         axes.plot([low, high], [value, value], color=SOFT, linewidth=2.0, alpha=0.6)
     _scale(axes, parameter, "x")
@@ -76,6 +79,11 @@ def over_pair(result: SearchResult, one: Parameter, other: Parameter) -> str:
 def pairs(parameters: Sequence[Parameter]) -> list[tuple[Parameter, Parameter]]:
     """Return the pairs of parameters that are drawn."""
     return list(combinations(parameters, 2))[:MAX_PAIRS]
+
+
+def _weight(candidate: Candidate, most: int) -> float:
+    """Return the opacity of a candidate: the fewer seeds it has, the paler it is."""
+    return 0.15 + 0.65 * math.sqrt(candidate.n / most)
 
 
 def _style(result: SearchResult, candidate: Candidate) -> tuple[str, int]:

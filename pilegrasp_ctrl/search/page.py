@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
@@ -11,7 +11,7 @@ from ..viewer.templates import render
 from .ablation import MARGIN, Ablation
 from .figures import over_pair, over_parameter, pairs
 from .judgement import WORTH
-from .race import ERROR, FIRST
+from .race import ERROR
 from .run import SearchResult
 
 VERDICTS = {
@@ -53,13 +53,15 @@ def page(result: SearchResult, document: Mapping[str, Any], command: str) -> str
             shown="winner.html" if "recording" in document["files"] else "",
             over=[Markup(over_parameter(result, parameter)) for parameter in parameters],
             pairs=[Markup(over_pair(result, *pair)) for pair in pairs(parameters)],
-            undecided=[_undecided(row) for row in document["undecided"]],
+            all_pairs=len(parameters) * (len(parameters) - 1) // 2,
+            undecided=[_undecided(row) for row in document["undecided"] if row["seeds"] >= result.winner.n],
+            behind=_behind([row["seeds"] for row in document["undecided"] if row["seeds"] < result.winner.n]),
             impossible=[row for row in document["candidates"] if row["reason"]],
             head=["candidate", *(parameter.key for parameter in parameters), *_FOUND],
             rows=[_row(row) for row in document["candidates"]],
             counts=f"{len(result.race.candidates)} candidates, {result.race.spent} attempts in the race, "
             f"{judgement.n} fresh seeds for the judgement.",
-            first=FIRST,
+            first=result.race.first,
             error=f"{100 * ERROR:g}",
             worth=f"{100 * WORTH:g}",
             command=command,
@@ -142,10 +144,19 @@ def _ablation(result: SearchResult, ablation: Ablation) -> dict[str, Any]:
     return {"rows": rows, "kept": ", ".join(kept), "margin": f"{100 * MARGIN:g}"}
 
 
-def _undecided(row: Mapping[str, Any]) -> str:
+def _undecided(row: Mapping[str, Any]) -> dict[str, Any]:
+    lead = f"{100 * row['lead_low']:+.0f} to {100 * row['lead_high']:+.0f}"
+    return {"candidate": row["candidate"], "seeds": row["seeds"], "lead": lead}
+
+
+def _behind(seeds: Sequence[int]) -> str:
+    """Return the sentence about candidates that are left with fewer seeds than the winner."""
+    if not seeds:
+        return ""
+    others = "1 other candidate was" if len(seeds) == 1 else f"{len(seeds)} other candidates were"
     return (
-        f"Candidate {row['candidate']}, {row['seeds']} seeds: the winner leads by {100 * row['lead_low']:+.0f} to "
-        f"{100 * row['lead_high']:+.0f} points."
+        f"{others} left behind after {min(seeds)} to {max(seeds)} seeds, because others did better on them. "
+        "Nothing is sure about them; a larger budget decides more."
     )
 
 

@@ -22,7 +22,10 @@ from .samples import Objective, Samples
 from .space import Space
 
 FIRST = 8
-"""Seeds that each candidate runs before it is compared (chosen)."""
+"""Seeds that each candidate runs before it is compared (chosen); fewer if the budget is too small for that."""
+
+LEAST = 2
+"""Smallest number of such seeds (chosen); a budget for so few serves to try out a search."""
 
 ERROR = 0.05
 """Probability that the best candidate is ever eliminated [-]; chosen, as usual."""
@@ -99,6 +102,11 @@ class Race:
     spent: int = 0
 
     @property
+    def first(self) -> int:
+        """Seeds that each candidate runs before it is compared."""
+        return max(LEAST, min(FIRST, self.budget // (MIN_CANDIDATES * self.worlds)))
+
+    @property
     def alive(self) -> list[Candidate]:
         """Candidates that may be the best, the highest value first."""
         return sorted(
@@ -132,15 +140,15 @@ class Race:
         proposer = Proposer(self.space, wanted - 1)
         start = Candidate(0, dict(self.space.start))
         self.candidates = [start]
-        self._measure([(start, FIRST)], measure)
+        self._measure([(start, self.first)], measure)
         proposer.tell_start(self.value(start))
-        while len(self.candidates) < wanted and self.spent + FIRST * self.worlds <= self.budget:
+        while len(self.candidates) < wanted and self.spent + self.first * self.worlds <= self.budget:
             proposals = proposer.ask(min(BATCH, wanted - len(self.candidates)))
             if not proposals:
                 return
             owners = [self._candidate(values) for _, values in proposals]
             report(f"candidate {len(self.candidates)} of {wanted}", self.spent)
-            new = {each.number: (each, FIRST) for each in owners if each.samples is None and not each.impossible}
+            new = {each.number: (each, self.first) for each in owners if each.samples is None and not each.impossible}
             self._measure(list(new.values()), measure)
             proposer.tell(proposals, [self.value(each) for each in owners])
 
@@ -195,5 +203,5 @@ class Race:
         """Return the logarithm of the evidence that `leader` is better than `other`, at `rate` scores a second."""
         if leader.samples is None or other.samples is None:
             return 0.0
-        leads = self.objective.leads(leader.samples.part(FIRST), other.samples.part(FIRST), rate)
+        leads = self.objective.leads(leader.samples.part(self.first), other.samples.part(self.first), rate)
         return max(min(log_evidence(lead) for lead in row) for row in leads)

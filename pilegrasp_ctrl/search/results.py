@@ -16,7 +16,7 @@ from ..provenance import versions
 from .ablation import MARGIN, Ablation
 from .choice import RULE
 from .evidence import lead_interval, mean_interval
-from .race import ERROR, FIRST, Candidate
+from .race import ERROR, Candidate
 from .run import SearchResult
 
 PAGE = "index.html"
@@ -164,8 +164,8 @@ def undecided(result: SearchResult) -> list[dict[str, Any]]:
     for other in result.race.alive:
         if other is result.winner or other.samples is None or result.winner.samples is None:
             continue
-        rate = result.race.rate()
-        rows = result.search.objective.leads(result.winner.samples.part(FIRST), other.samples.part(FIRST), rate)
+        rate, first = result.race.rate(), result.race.first
+        rows = result.search.objective.leads(result.winner.samples.part(first), other.samples.part(first), rate)
         low, high = lead_interval(rows[0][0], ERROR) if len(rows) == 1 else (-1.0, 1.0)
         found.append({"candidate": other.number, "seeds": other.n, "lead_low": low, "lead_high": high})
     return found

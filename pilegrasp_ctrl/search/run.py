@@ -22,7 +22,7 @@ from . import MAX_BUDGET, MAX_CHOICES
 from .ablation import Ablation, ablate, changes, most_candidates
 from .choice import choose, tied
 from .judgement import Judgement, judge
-from .race import FIRST, Candidate, Race
+from .race import FIRST, LEAST, MIN_CANDIDATES, Candidate, Race
 from .samples import OBJECTIVES, Objective, Samples
 from .space import Parameter, Space
 
@@ -157,10 +157,11 @@ def plan_search(
     if not start.traits.touches or not start.pile.count:
         raise ConfigurationError("a search needs a scenario with a pile to grasp from, such as spheres_wall")
     check(start)
-    least = 2 * FIRST * len(worlds)
+    least = MIN_CANDIDATES * LEAST * len(worlds)
     if not least <= budget <= MAX_BUDGET:
         raise ConfigurationError(
-            f"--budget {budget} must be from {least}, {FIRST} seeds for two candidates in every world, to {MAX_BUDGET}"
+            f"--budget {budget} must be from {least}, {LEAST} seeds for {MIN_CANDIDATES} candidates in every world, to "
+            f"{MAX_BUDGET}"
         )
     return Search(name, shared, space, OBJECTIVES[objective], tuple(worlds), budget, seeds, judging, folder)
 

@@ -66,6 +66,12 @@ def test_a_larger_budget_begins_with_the_same_candidates():
     assert [each.values for each in small[:4]] == [each.values for each in large[:4]]
 
 
+def test_a_small_budget_tries_a_search_out():
+    race = raced(0, 8)
+    assert (len(race.candidates), race.spent, race.first) == (4, 8, 2)
+    assert raced(0, 300).first == FIRST
+
+
 def test_a_small_space_is_listed_and_all_but_the_best_leave_the_race():
     space = Space((Choice("hand", ("a", "b", "c")),), {"hand": "a"})
     race = raced(0, 2000, lambda values: {"a": 0.3, "b": 0.95, "c": 0.4}[values["hand"]], space)

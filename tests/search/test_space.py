@@ -56,7 +56,7 @@ def test_keys_are_limited_and_named_once():
         ("strategy.speed=0.05:0.4", {"objective": "robust"}, "belong together"),
         ("strategy.speed=0.05:0.4", {"vary": {"pile.count": [1, 2]}}, "belong together"),
         ("strategy.speed=0.05:0.4", {"vary": {"strategy.speed": [1, 2]}, "objective": "robust"}, "in --over and"),
-        ("strategy.speed=0.05:0.4", {"budget": 15}, "--budget 15 must be from 16"),
+        ("strategy.speed=0.05:0.4", {"budget": 7}, "--budget 7 must be from 8"),
         ("strategy.speed=0.05:0.4", {"budget": 10**9}, "--budget"),
         ("strategy.speed=0.05:0.4", {"seeds": range(9000, 10_001)}, "kept for judging"),
         ("strategy.speed=0.05:0.4", {"seeds": range(3)}, "at least 8 seeds"),

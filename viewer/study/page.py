@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,7 +13,9 @@ from markupsafe import Markup
 
 from pilegrasp_ctrl.statistics import wilson
 from pilegrasp_ctrl.viewer.browser import STUDY_SCRIPTS, digest, own_script
-from pilegrasp_ctrl.viewer.study.pivots import kind_of_reason, labels_of, pivots, reasons
+from pilegrasp_ctrl.viewer.study.orders import Estimate, Orders, orders_of
+from pilegrasp_ctrl.viewer.study.picks import kind_of_reason
+from pilegrasp_ctrl.viewer.study.pivots import labels_of, pivots, reasons
 from pilegrasp_ctrl.viewer.study.rows import IndexRow
 from pilegrasp_ctrl.viewer.templates import render, trusted
 
@@ -64,6 +67,7 @@ def index_page(title: str, rows: Sequence[IndexRow], links: Links | None = None)
             successes=sum(row.success is True for row in rows),
             recorded=len(links.pages),
             drawn=DRAWN,
+            orders=[_orders(found, varied) for found in orders_of(rows)],
             losses_known=any(row.lost is not None for row in rows),
             common={label: found[0] for label, found in values.items() if label not in varied},
             labels=varied,
@@ -102,6 +106,28 @@ def _condition(number: int, rows: Sequence[IndexRow], labels: Sequence[str], lin
         "errors": sum(row.success is None for row in rows),
         "pair": links.pairs.get(rows[0].config_hash),
     }
+
+
+def _orders(found: Orders, labels: Sequence[str]) -> dict[str, Any]:
+    name = ", ".join(f"{label} {value}" for label, value in found.condition if label in labels)
+    return {
+        "name": name,
+        "completed": f"{found.completed} of {found.n}",
+        "limits": "{:.0f}–{:.0f} %".format(*(100 * end for end in found.limits)),
+        "attempts": _estimate(found.attempts, 1),
+        "picks": _estimate(found.picks_an_hour, 0),
+        "tries": found.tries,
+        "wrong": [(words, count, 100 * count / found.tries) for words, count in found.wrong],
+        "right": found.tries - sum(count for _, count in found.wrong),
+    }
+
+
+def _estimate(found: Estimate | None, digits: int) -> tuple[str, str]:
+    """Return a value and its interval as text."""
+    if found is None:
+        return "–", ""
+    value, low, high = (f"{each:.{digits}f}" for each in found)
+    return value, f"{low} to {high}" if math.isfinite(found[2]) else "one order has no interval"
 
 
 def _attempt(

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Sequence
 from itertools import permutations
 from typing import Any
 
 from pilegrasp_ctrl.statistics import wilson
+from pilegrasp_ctrl.viewer.study.picks import kind_of_reason
 from pilegrasp_ctrl.viewer.study.rows import IndexRow
 
 MAX_VALUES = 40
 """Largest number of values of a key that can be chosen for the plot; chosen, more are not legible."""
 MAX_KEYS = 8
 """Largest number of keys that can be chosen for the plot, the first ones; chosen, it bounds the size of the page."""
-_NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 
 def labels_of(rows: Sequence[IndexRow]) -> dict[str, list[str]]:
@@ -71,11 +70,6 @@ def _cell(n: int, successes: int) -> list[float] | None:
         return None
     low, high = wilson(successes, n)
     return [n, successes, round(low, 4), round(high, 4)]
-
-
-def kind_of_reason(words: str) -> str:
-    """Return a reason with its numbers replaced, so that equal reasons with other numbers count together."""
-    return _NUMBER.sub("…", words)
 
 
 def reasons(rows: Sequence[IndexRow]) -> list[tuple[str, int]]:

@@ -22,6 +22,7 @@ from pilegrasp_ctrl.stored_rows import (
     reason_of,
     tables_of,
 )
+from pilegrasp_ctrl.viewer.study.picks import Pick, picks_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,7 @@ class IndexRow:
         duration: Simulated time [s], if known.
         implied: Label and value of each further key in which other conditions differ, as the complete scenario says.
         lost: Number of objects that the hand lost, if known.
+        picks: Attempts of an order; none for another program.
     """
 
     config_hash: str
@@ -51,6 +53,7 @@ class IndexRow:
     duration: float | None
     implied: tuple[tuple[str, str], ...] = ()
     lost: int | None = None
+    picks: tuple[Pick, ...] = ()
 
     @property
     def values(self) -> dict[str, str]:
@@ -155,6 +158,8 @@ def _row(config_hash: Any, seed: Any, condition: Any, result: Any, error: Any) -
         words = text(error)
     elif success is None:
         words = "the result cannot be read"
+    elif success and picks_of(found):
+        words = "the order is complete"
     else:
         ended = plain(text(lookup(last, "trigger"), 120))
         words = text(lookup(found, "reason")) or (f"{text(lookup(last, 'name'), 40)}: {ended}" if ended else "")
@@ -169,4 +174,5 @@ def _row(config_hash: Any, seed: Any, condition: Any, result: Any, error: Any) -
         words=words,
         duration=number(lookup(found, "sim_time")),
         lost=None if (lost := number(lookup(found, "carried.lost"))) is None else int(lost),
+        picks=picks_of(found),
     )
