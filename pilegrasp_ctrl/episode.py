@@ -283,8 +283,7 @@ class _Loop:
             tick = time.perf_counter()
             state = arm.update(observation.q, observation.v)
             done("state")
-            touch = observation.touched, observation.inside
-            inputs = PrimitiveInput(observation.time, state.pose, observation.wrench, *touch)
+            inputs = PrimitiveInput(observation.time, state.pose, observation.wrench, *observation.touch)
             if active is None:
                 active, begun, last = primitive.begin(inputs, self._setpoint), inputs, inputs
                 self._zero = inputs.wrench if primitive.tares else self._zero

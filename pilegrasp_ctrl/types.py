@@ -180,6 +180,11 @@ class Observation:
     touched: int = 0
     inside: int = 0
 
+    @property
+    def touch(self) -> tuple[int, int]:
+        """What a primitive gets of the touch: `touched` and `inside`."""
+        return self.touched, self.inside
+
 
 class Command(NamedTuple):
     """Command to the arm.

@@ -16,6 +16,9 @@ WORTH = 0.15
 RESAMPLES = 2000
 """Number of resamples of the seeds for an interval that no formula gives (chosen)."""
 
+MIN_JUDGED = 10
+"""Smallest number of seeds that decide anything (chosen)."""
+
 RESAMPLING_SEED = 20200312
 """Seed of these resamples (chosen)."""
 
@@ -53,8 +56,9 @@ def judge(objective: Objective, start: Samples, winner: Samples) -> Judgement:
     start, winner = start.part(0, n), winner.part(0, n)
     worlds = tuple(_world(start, winner, world) for world in range(start.score.shape[1]))
     values = objective.value(start), objective.value(winner)
-    plain = len(worlds) == 1 and not objective.timed
-    if plain:
+    if n < MIN_JUDGED:
+        low, high, bound = -1.0, 1.0, 1.0
+    elif len(worlds) == 1 and not objective.timed:
         world = worlds[0]
         pairs = world["both"], world["winner_only"], world["start_only"], world["neither"]
         low, high = paired_limits(pairs)

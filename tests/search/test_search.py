@@ -220,3 +220,9 @@ def test_a_winner_that_is_no_better_needs_no_change_and_one_that_cannot_do_witho
 
 def test_only_what_differs_from_the_start_is_a_change():
     assert changes({"a": 1.0, "b": None}, {"a": 1.0, "b": 2.0}) == {"b": 2.0}
+
+
+def test_few_seeds_decide_nothing():
+    for objective in ("held", "picks"):
+        found = judge(OBJECTIVES[objective], samples([0, 0]), samples([1, 1], 10.0))
+        assert found.verdict == "undecided"
