@@ -126,7 +126,9 @@ def search(
         judging=fresh,
     )
     with search_progress(Path(scenario).stem, "attempts", out) as progress:
-        result = run_search(planned, workers, cluster, progress, ablate)
+        result = run_search(
+            planned, workers, cluster, lambda words, done, total: progress(words, done, total, ""), ablate
+        )
     options: dict[str, Any] = {"--over": over, "--vary": vary, "--set": settings, "--plugins": plugins}
     options |= {"--objective": objective.value, "--budget": budget, "--seeds": seeds, "--judge": judge}
     command = repeat_command("search", scenario, options, out) + (" --ablate" if ablate else "")

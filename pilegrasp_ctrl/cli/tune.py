@@ -107,7 +107,13 @@ def tune(
 
         store = run_search(search, trials, jobs, progress)
         analysis = analyse_search(search, store, jobs, progress)
-    options = {"--controller": controller, "--trials": trials, "--seeds": seeds, "--jobs": jobs, "--start": start}
+    options: dict[str, Any] = {
+        "--controller": controller,
+        "--trials": trials,
+        "--seeds": seeds,
+        "--jobs": jobs,
+        "--start": start,
+    }
     options |= {"--late": late or None, "--set": settings, "--plugins": plugins}
     command = repeat_command("tune", scenario, options, out)
     document = write_results(analysis, command)

@@ -318,7 +318,7 @@ class _Runner:
         self.report("ablation", 0)
 
         def run(kept: Mapping[str, Any]) -> Samples | None:
-            values = start | kept
+            values = {**start, **kept}
             candidate = next((each for each in known if each.values == values), None)
             if candidate is None:
                 candidate = Candidate(len(known), values)
