@@ -194,7 +194,9 @@ def test_the_fingertips_travel_six_centimetres_above_the_rims_and_stop_short_of_
     assert point[2] - IFCO_SIZE[2] == pytest.approx(0.06)
     assert point[2] - ORDER_SIZE[2] == pytest.approx(0.06)
     forward = DELIVERY.rotation[:2, 0]
-    np.testing.assert_allclose(CRATE.center - point[:2], 0.04 * forward / np.linalg.norm(forward), atol=1e-12)
+    np.testing.assert_allclose(
+        CRATE.center - point[:2], 0.25 * CRATE.inner[0] * forward / np.linalg.norm(forward), atol=1e-12
+    )
 
 
 def test_the_orders_crate_is_beside_the_bin():
