@@ -9,7 +9,6 @@ TO_DO = {
     "docs/bin-picking.md",
     "docs/results/README.md",
     "docs/search.md",
-    "docs/sensitivity.md",
 }
 """Pages that break a rule; the set may only shrink."""
 
