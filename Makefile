@@ -37,7 +37,7 @@ check: lint types  ## Check style and types, and run the tests that are not slow
 lint: .venv/development  ## Check style, formatting and spelling
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/codespell
+	$(BIN)/codespell $$(git ls-files 2>/dev/null || echo .)
 
 types: .venv/development scripts  ## Check the types
 	$(BIN)/mypy
