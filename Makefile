@@ -7,7 +7,7 @@ INPUTS ?= 250
 BIN := .venv/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help run test check lint types scripts format site schema table hands figures licences screenshots fuzz matrix doctor ci clean
+.PHONY: help run test check lint types scripts format site schema table hands figures licences gallery screenshots fuzz matrix doctor ci clean
 
 help:  ## Show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -69,6 +69,9 @@ figures: .venv/development  ## Measure the numbers of docs/figures.toml again an
 
 licences: .venv/development  ## Write the table of licences into docs/licences.md
 	$(BIN)/python tests/helpers/licence_table.py
+
+gallery: .venv/development  ## Run the attempts of docs/gallery.toml, take their pictures and write docs/gallery.md
+	$(BIN)/python docs/studies/gallery.py
 
 screenshots: .venv/development  ## Take the pictures of docs/viewer.md
 	$(BIN)/pilegrasp sweep spheres_wall --vary support.kind=none,wall --seeds 0:3 --record all --out build/study
