@@ -70,7 +70,7 @@ def for_site(text: str, page: Path) -> str:
         # The numbered lines of a shown file have anchors of their own.
         line = re.fullmatch(r"L(\d+)", anchor)
         anchor = f"__codelineno-0-{line[1]}" if line else anchor
-        return f"{posixpath.relpath(site_path(file), here or '.')}{hash_mark}{anchor}"
+        return f"{posixpath.relpath(site_path(file), here or '.')}{hash_mark}{anchor}{match['title'] or ''}"
 
     return LINK.sub(replaced, text)
 

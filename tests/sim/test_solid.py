@@ -276,7 +276,7 @@ def test_a_part_that_is_heavier_than_the_hand_was_measured_to_hold_is_noted():
     heavy = objects_of(build_scenario({}, {"pile.mass": 1.2}).pile)
     hand = Hand.load("rbo_hand2")
     assert notes_on(hand, heavy, 3) == (
-        "an object of 1.2 kg is heavier than the 0.68 kg that rbo_hand2 was measured to hold",
+        "an object of 1.2 kg is heavier than the 0.74 kg that rbo_hand2 was measured to hold",
     )
     assert notes_on(hand, objects_of(build_scenario({}).pile), 3) == ()
     assert notes_on(hand, heavy, 0) == ()

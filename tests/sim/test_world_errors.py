@@ -65,7 +65,7 @@ def test_the_hand_meets_a_table_that_is_lower_than_known_later_and_where_it_is()
         found[error] = result.outcomes[0].end, result.recording.signals["tool_position"][-1][2]
     speed = load_scenario("push_wall").strategy.touch_speed
     assert found[0.005][0] - found[0.0][0] == pytest.approx(0.005 / speed, abs=0.015)
-    assert found[0.005][1] == pytest.approx(found[0.0][1], abs=3e-4)
+    assert found[0.005][1] == pytest.approx(found[0.0][1], abs=6e-4)
 
 
 def test_a_displaced_pile_is_where_it_was_and_the_hand_comes_down_beside():
