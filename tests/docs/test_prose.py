@@ -5,21 +5,11 @@ import pytest
 from places import ROOT
 from prose import measure, pages, sentences
 
-TO_DO = {
-    "docs/bin-picking.md",
-    "docs/results/README.md",
-    "docs/search.md",
-}
-"""Pages that break a rule; the set may only shrink."""
-
 
 @pytest.mark.parametrize("page", [pytest.param(page, id=page.relative_to(ROOT).as_posix()) for page in pages()])
 def test_a_page_keeps_the_rules_of_prose(page):
     faults = measure(page).faults()
-    if page.relative_to(ROOT).as_posix() in TO_DO:
-        assert faults, "this page keeps the rules: take it off the list"
-    else:
-        assert not faults, f"`python tests/helpers/prose.py {page.relative_to(ROOT)}` shows the longest sentence"
+    assert not faults, f"`python tests/helpers/prose.py {page.relative_to(ROOT)}` shows the longest sentence"
 
 
 def test_a_sentence_is_counted_without_links_code_and_tables():
