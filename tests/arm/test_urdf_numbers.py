@@ -46,5 +46,6 @@ def test_a_folder_whose_model_is_a_link_to_itself_is_refused(tmp_path):
     for name in ("robot.toml", "wam7.xml"):
         (tmp_path / name).write_bytes(robot_path("wam7", name).read_bytes())
     (tmp_path / "wam7.urdf").symlink_to("wam7.urdf")
-    with pytest.raises(ModelError, match="cannot be read: "):
+    # Since Python 3.13 such a link does not exist.
+    with pytest.raises(ModelError, match=r"cannot be read: |no such URDF"):
         ArmModel.load(tmp_path)

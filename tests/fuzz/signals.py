@@ -147,8 +147,8 @@ def fault_of_trial(trial: Trial) -> str | None:
 
 
 def _fault_of_end(trial: Trial, status: int, out: str, err: str, ended_before: bool) -> str | None:
-    if "KeyboardInterrupt" in err and "pilegrasp_ctrl" not in err:
-        return None  # Python was still starting: no frame of its traceback is the program's
+    if "KeyboardInterrupt" in err and "pilegrasp_ctrl/cli" not in err:
+        return None  # Python was still starting: no frame of its traceback is the command line's
     expected = (-trial.signal,) if trial.signal == signal.SIGKILL else (INTERRUPTED, -trial.signal)
     if status == 0 and (ended_before or out or err == ""):
         return None  # it was faster
