@@ -10,7 +10,6 @@ indices come from a quadratic surrogate, where its cross-validated error is belo
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +19,9 @@ from scipy.stats import qmc
 from pilegrasp_ctrl.scenarios.paper.conditions import grasp
 from pilegrasp_ctrl.statistics import markdown_table
 from pilegrasp_ctrl.study.condition import Condition
-from pilegrasp_ctrl.study.run import StudyProgress, run_study
+from pilegrasp_ctrl.study.run import run_study
 from pilegrasp_ctrl.types import Array
-from script import run_script
+from script import run_script, show_progress
 from sensitivity import FACTORS, varied
 
 FIRST_SEED = 30000
@@ -113,9 +112,6 @@ def main(folder: Path, each: int = 400, jobs: int = 2) -> None:
     """Run the missing attempts, and print a table for each condition, the largest index first."""
     from SALib.analyze import rbd_fast
 
-    def show(progress: StudyProgress) -> None:
-        print(f"{progress.done} of {progress.total}", file=sys.stderr)
-
     factors = hypercube(each)
     drawn = {
         name: [
@@ -126,7 +122,7 @@ def main(folder: Path, each: int = 400, jobs: int = 2) -> None:
     }
     # Conditions take turns, so that an interrupted run has equally many attempts of each.
     attempts = [pair for line in zip(*drawn.values(), strict=True) for pair in line]
-    with run_study(attempts, folder, jobs=jobs, progress=show) as store:
+    with run_study(attempts, folder, jobs=jobs, progress=show_progress) as store:
         results = {name: np.array([store.attempts([pair])[0].success for pair in drawn[name]], float) for name in drawn}
     for name, values in results.items():
         print(f"\n{name}: held {int(values.sum())} of {values.size}\n")

@@ -10,7 +10,6 @@ FOLDER/pile_adds.png shows the rates over the count.
 from __future__ import annotations
 
 import csv
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
@@ -21,10 +20,12 @@ from matplotlib.figure import Figure
 
 from pilegrasp_ctrl.scenarios.paper.conditions import HAND, grasp
 from pilegrasp_ctrl.scenarios.paper.evidence import Sample
+from pilegrasp_ctrl.scenarios.paper.figures_nulls import PLATE_PUSHES
+from pilegrasp_ctrl.scenarios.paper.run import MEASURE
 from pilegrasp_ctrl.statistics import markdown_table, wilson
 from pilegrasp_ctrl.study.condition import Condition
-from pilegrasp_ctrl.study.run import StudyProgress, run_study
-from script import run_script
+from pilegrasp_ctrl.study.run import run_study
+from script import run_script, show_progress
 
 FIRST_SEED = 30000
 """First seed of every cell."""
@@ -40,12 +41,6 @@ AIMS = (0.0, 0.02, 0.04)
 
 FORCES = (3.0, 9.0, 17.0)
 """F_grasp without a support [N]; the last one is that of all other cells."""
-
-PLATE: dict[str, Any] = {"program": "swap", "strategy__pushing_hand": "plate"}
-"""Keys with which a flat plate pushes, and the hand closes where it stopped."""
-
-MEASURE = "pilegrasp_ctrl.analysis.motion:measure_attempt"
-"""Function that says which object was at the hand before it closed."""
 
 COLORS = {0.0: "#1f5f99", 0.02: "#c2571a", 0.04: "#5b8c3a"}
 """Colour of each error of the aim."""
@@ -65,7 +60,7 @@ class Cell:
     @property
     def condition(self) -> Condition:
         """The condition of the cell's attempts."""
-        keys: dict[str, Any] = {} if self.pusher == "hand" else dict(PLATE)
+        keys: dict[str, Any] = {} if self.pusher == "hand" else dict(PLATE_PUSHES)
         if self.aim:
             keys["known__pile_y"] = self.aim
         if not self.contacts:
@@ -131,14 +126,10 @@ def draw(found: dict[Cell, Sample], file: Path) -> None:
 
 def main(folder: Path, each: int = 20, jobs: int = 2) -> None:
     """Run the missing attempts; print and write the table, and draw it."""
-
-    def show(progress: StudyProgress) -> None:
-        print(f"{progress.done} of {progress.total}", file=sys.stderr)
-
     wanted = {cell: cell.condition for cell in cells()}
     seeds = range(FIRST_SEED, FIRST_SEED + each)
     attempts = [(condition, seed) for seed in seeds for condition in wanted.values()]
-    with run_study(attempts, folder, jobs=jobs, measure=MEASURE, progress=show) as store:
+    with run_study(attempts, folder, jobs=jobs, measure=MEASURE, progress=show_progress) as store:
         found = {
             cell: Sample.of(store.attempts([(condition, seed) for seed in seeds])) for cell, condition in wanted.items()
         }

@@ -8,6 +8,7 @@ from itertools import chain
 from typing import get_type_hints
 
 from pilegrasp_ctrl.exceptions import ConfigurationError, PilegraspError
+from pilegrasp_ctrl.study.run import StudyProgress
 
 
 def run_script(main: Callable[..., None]) -> None:
@@ -50,6 +51,11 @@ def seed_range(first: int, last: int) -> range:
     if last <= first:
         raise ConfigurationError(f"the range from {first} to {last} holds no seed; give a LAST above {first}")
     return range(first, last)
+
+
+def show_progress(progress: StudyProgress) -> None:
+    """Print on standard error how many attempts of a study are done."""
+    print(f"{progress.done} of {progress.total}", file=sys.stderr)
 
 
 def _end(sentence: str) -> None:

@@ -11,7 +11,6 @@ FOLDER/sensitivity.png shows it.
 from __future__ import annotations
 
 import csv
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,9 +22,9 @@ from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.scenarios.paper.conditions import SHOVEL, grasp
 from pilegrasp_ctrl.statistics import markdown_table
 from pilegrasp_ctrl.study.condition import Condition
-from pilegrasp_ctrl.study.run import StudyProgress, run_study
+from pilegrasp_ctrl.study.run import run_study
 from pilegrasp_ctrl.study.store import StudyStore
-from script import run_script, seed_range
+from script import run_script, seed_range, show_progress
 from six_conditions import CONDITIONS, counts
 from tray import TRAY_BANDS, tray
 
@@ -141,16 +140,12 @@ def draw(rows: list[Row], file: Path) -> None:
 
 def main(folder: Path, first: int = SEEDS[0], last: int = SEEDS[1], jobs: int = 1) -> None:
     """Run the missing attempts; print the table, write it and draw it."""
-
-    def show(progress: StudyProgress) -> None:
-        print(f"{progress.done} of {progress.total}", file=sys.stderr)
-
     seeds, every = seed_range(first, last), bands(folder)
     wanted = list(ALL.values())
     wanted += [varied(each, end) for band in every for end in band.ends for each in band.conditions.values()]
     wanted = list({condition.config_hash: condition for condition in wanted}.values())
     attempts = [(condition, seed) for seed in seeds for condition in wanted]
-    with run_study(attempts, folder / "study", jobs=jobs, progress=show) as store:
+    with run_study(attempts, folder / "study", jobs=jobs, progress=show_progress) as store:
         middle = [counts(store.attempts([(each, seed) for seed in seeds])) for each in ALL.values()]
         rows = sorted((measure(store, band, seeds) for band in every), key=lambda row: -row.effect)
     table = [("as shipped", *middle, "")]

@@ -9,7 +9,6 @@ are common to all rows: 10000 to 10039 by default.
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from pathlib import Path
 
@@ -17,9 +16,9 @@ from pilegrasp_ctrl.scenarios.paper.conditions import grasp
 from pilegrasp_ctrl.statistics import markdown_table
 from pilegrasp_ctrl.study.attempt import AttemptRow
 from pilegrasp_ctrl.study.condition import Condition
-from pilegrasp_ctrl.study.run import StudyProgress, run_study
+from pilegrasp_ctrl.study.run import run_study
 from pilegrasp_ctrl.study.store import StudyStore
-from script import run_script, seed_range
+from script import run_script, seed_range, show_progress
 
 HARD = {"strategy__speed": 0.25, "strategy__grasp_force": 25.0}
 """Speed [m/s] and F_grasp [N] of the paper's second push of heavy balls in a corner (V-F)."""
@@ -63,13 +62,9 @@ def table(folder: Path) -> str:
 
 def main(folder: Path, row: str, first: int = 10000, last: int = 10040, jobs: int = 1) -> None:
     """Run the missing attempts; print the reasons of this row's failures, and the table of all rows."""
-
-    def show(progress: StudyProgress) -> None:
-        print(f"{progress.done} of {progress.total}", file=sys.stderr)
-
     # Conditions take turns, so that an interrupted run has equally many seeds of each.
     attempts = [(condition, seed) for seed in seed_range(first, last) for condition in CONDITIONS.values()]
-    with run_study(attempts, folder / row, jobs=jobs, progress=show) as store:
+    with run_study(attempts, folder / row, jobs=jobs, progress=show_progress) as store:
         for name, condition in CONDITIONS.items():
             found = store.attempts([(condition, seed) for seed in seed_range(first, last)])
             for reason, number in reasons(found).most_common():

@@ -7,15 +7,14 @@ FOLDER becomes a study, as `pilegrasp sweep` makes it; attempts that it holds ar
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from pilegrasp_ctrl.sim.hand import Hand
+from pilegrasp_ctrl.scenarios.paper.figures_nulls import tip_factor
 from pilegrasp_ctrl.statistics import markdown_table, wilson
-from pilegrasp_ctrl.study.run import StudyProgress, run_study
-from script import run_script, seed_range
+from pilegrasp_ctrl.study.run import run_study
+from script import run_script, seed_range, show_progress
 from sensitivity import SEEDS, varied
 from six_conditions import CONDITIONS, counts
 
@@ -31,14 +30,9 @@ COLORS = ("#999999", "#1f5f99", "#c2571a")
 
 def main(folder: Path, first: int = SEEDS[0], last: int = SEEDS[1], jobs: int = 1) -> None:
     """Run the missing attempts, print the counts and draw FOLDER/tip_thickness.png."""
-
-    def show(progress: StudyProgress) -> None:
-        print(f"{progress.done} of {progress.total}", file=sys.stderr)
-
-    shipped = 1e3 * float(Hand.load("rbo_hand2").parameters["fingers"]["radius_tip"])
     seeds = seed_range(first, last)
     cells = {
-        (name, radius): varied(CONDITIONS[name], {"hand_model.fingertip_radius": round(radius / shipped, 4)})
+        (name, radius): varied(CONDITIONS[name], {"hand_model.fingertip_radius": tip_factor(radius / 1e3)})
         for name in NAMES
         for radius in RADII
     }
@@ -46,7 +40,7 @@ def main(folder: Path, first: int = SEEDS[0], last: int = SEEDS[1], jobs: int = 
     figure = Figure(figsize=(6.0, 3.2), layout="constrained")
     axes = figure.subplots()
     lines = []
-    with run_study(attempts, folder, jobs=jobs, progress=show) as store:
+    with run_study(attempts, folder, jobs=jobs, progress=show_progress) as store:
         for name, color in zip(NAMES, COLORS, strict=True):
             rows = [store.attempts([(cells[name, radius], seed) for seed in seeds]) for radius in RADII]
             rates = [sum(row.success for row in some) / len(some) for some in rows]

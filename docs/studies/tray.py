@@ -10,7 +10,6 @@ once (V-D).
 from __future__ import annotations
 
 import copy
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +19,8 @@ from pilegrasp_ctrl.config import load_scenario
 from pilegrasp_ctrl.hand_folder import parameters
 from pilegrasp_ctrl.statistics import markdown_table
 from pilegrasp_ctrl.study.condition import Condition
-from pilegrasp_ctrl.study.run import StudyProgress, run_study
-from script import run_script, seed_range
+from pilegrasp_ctrl.study.run import run_study
+from script import run_script, seed_range, show_progress
 from six_conditions import counts
 
 SHAPE = ("width", "wall_height", "thickness", "length")
@@ -69,17 +68,13 @@ def tray(folder: Path, **dimensions: float) -> Path:
 
 def main(folder: Path, first: int, last: int, jobs: int = 1) -> None:
     """Run the missing attempts, and print the counts of every shape."""
-
-    def show(progress: StudyProgress) -> None:
-        print(f"{progress.done} of {progress.total}", file=sys.stderr)
-
     seeds = seed_range(first, last)
     conditions: dict[tuple[int, ...], Condition] = {}
     for shape in SHAPES:
         keys = {"hand": f"{tray(folder, **dict(zip(SHAPE, shape, strict=True)))}"}
         conditions[shape] = Condition(load_scenario("spheres_wall", keys), keys)
     attempts = [(condition, seed) for seed in seeds for condition in conditions.values()]
-    with run_study(attempts, folder / "study", jobs=jobs, progress=show) as store:
+    with run_study(attempts, folder / "study", jobs=jobs, progress=show_progress) as store:
         rows = [
             (*(f"{value}" for value in shape), counts(store.attempts([(condition, seed) for seed in seeds])))
             for shape, condition in conditions.items()

@@ -32,9 +32,14 @@ def few(count: int, support: str, error: float) -> Condition:
     return grasp("light_sphere", support, HAND, count, **keys)
 
 
+def tip_factor(radius: float) -> float:
+    """Return the factor of `hand_model.fingertip_radius` for fingertips with a radius [m]."""
+    return round(radius / float(parameters(HAND)["fingers"]["radius_tip"]), 4)
+
+
 def with_tips(radius: float) -> dict[str, float]:
     """Return the key of fingertips with a radius [m]; none for the shipped radius."""
-    factor = round(radius / parameters(HAND)["fingers"]["radius_tip"], 4)
+    factor = tip_factor(radius)
     return {} if factor == 1.0 else {"hand_model__fingertip_radius": factor}
 
 
@@ -43,10 +48,9 @@ FEW_BALLS = {
     for support, count, error in product(("wall", "corner"), FEW, AIM_ERRORS)
 }
 """Conditions of N1 by name."""
-SWAPPED = {
-    support: grasp("light_sphere", support, program="swap", strategy__pushing_hand="plate")
-    for support in ("wall", "corner")
-}
+PLATE_PUSHES = {"program": "swap", "strategy__pushing_hand": "plate"}
+"""Keys with which a flat plate pushes, and the hand closes where it stopped."""
+SWAPPED = {support: grasp("light_sphere", support, **PLATE_PUSHES) for support in ("wall", "corner")}
 """A plate pushes, and the hand closes where it stopped, by support (N2)."""
 LOOSE = {
     "18 heavy spheres, no support": (UNSUPPORTED, grasp("heavy_sphere", "none", pile__mutual_contacts=False)),

@@ -40,9 +40,10 @@ def added_gravity(factor: float, seed: int = 0) -> float:
 
 def plant_checks() -> Iterator[PhysicsCheck]:
     """Check the weight of heavier links, and the ends of the factors that are drawn."""
-    spread = simulated_arm(ROBOT).spread
+    arm = simulated_arm(ROBOT)
+    spread = arm.spread
     yield PhysicsCheck("plant: gravity that links 3 % heavier add", 3.0, 100.0 * added_gravity(1.03), 0.1, "%")
-    nominal = ArmFactors(np.ones(len(simulated_arm(ROBOT).joint_names)), 1.0)
+    nominal = ArmFactors(np.ones(len(arm.joint_names)), 1.0)
     drawn = [draw_factors(spread, nominal, seed) for seed in range(SEEDS)]
     friction, mass = np.array([each.friction for each in drawn]), np.array([each.mass for each in drawn])
     drawings = (("friction of joints", friction, spread.friction), ("mass of links", mass, spread.mass))
