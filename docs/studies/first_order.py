@@ -16,12 +16,13 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
+from pilegrasp_ctrl.exceptions import ConfigurationError
 from pilegrasp_ctrl.scenarios.paper.conditions import grasp
 from pilegrasp_ctrl.statistics import markdown_table
 from pilegrasp_ctrl.study.condition import Condition
 from pilegrasp_ctrl.study.run import run_study
 from pilegrasp_ctrl.types import Array
-from script import run_script, show_progress
+from script import run_script, seed_range, show_progress
 from sensitivity import FACTORS, varied
 
 FIRST_SEED = 30000
@@ -110,13 +111,16 @@ def problem() -> dict[str, Any]:
 
 def main(folder: Path, each: int = 400, jobs: int = 2) -> None:
     """Run the missing attempts, and print a table for each condition, the largest index first."""
-    from SALib.analyze import rbd_fast
-
+    try:
+        from SALib.analyze import rbd_fast
+    except ImportError:
+        raise ConfigurationError("first_order.py needs SALib, which is not installed: pip install salib") from None
+    seeds = seed_range(FIRST_SEED, FIRST_SEED + each)
     factors = hypercube(each)
     drawn = {
         name: [
-            (varied(condition, dict(zip(KEYS, map(float, line), strict=True))), FIRST_SEED + place)
-            for place, line in enumerate(factors)
+            (varied(condition, dict(zip(KEYS, map(float, line), strict=True))), seed)
+            for seed, line in zip(seeds, factors, strict=True)
         ]
         for name, condition in CONDITIONS.items()
     }

@@ -25,7 +25,7 @@ from pilegrasp_ctrl.scenarios.paper.run import MEASURE
 from pilegrasp_ctrl.statistics import markdown_table, wilson
 from pilegrasp_ctrl.study.condition import Condition
 from pilegrasp_ctrl.study.run import run_study
-from script import run_script, show_progress
+from script import run_script, seed_range, show_progress
 
 FIRST_SEED = 30000
 """First seed of every cell."""
@@ -127,7 +127,7 @@ def draw(found: dict[Cell, Sample], file: Path) -> None:
 def main(folder: Path, each: int = 20, jobs: int = 2) -> None:
     """Run the missing attempts; print and write the table, and draw it."""
     wanted = {cell: cell.condition for cell in cells()}
-    seeds = range(FIRST_SEED, FIRST_SEED + each)
+    seeds = seed_range(FIRST_SEED, FIRST_SEED + each)
     attempts = [(condition, seed) for seed in seeds for condition in wanted.values()]
     with run_study(attempts, folder, jobs=jobs, measure=MEASURE, progress=show_progress) as store:
         found = {
